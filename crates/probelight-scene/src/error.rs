@@ -1,0 +1,47 @@
+//! What can be wrong with an input, in words that say what to do.
+
+use std::path::PathBuf;
+
+/// Why a scene or setup file was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// The file could not be read at all.
+    #[error("cannot read {path}: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// The file is not what its name says, or breaks its format's rules.
+    #[error("{path} is not a usable glTF file: {reason}")]
+    Gltf {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, where, and what to do.
+        reason: String,
+    },
+    /// The setup file breaks its format's rules.
+    #[error("{path} is not a usable setup file: {reason}")]
+    Setup {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, where, and what to do.
+        reason: String,
+    },
+    /// Triangles that cannot be used, whatever file they came from.
+    #[error("the scene cannot be used: {reason}")]
+    Invalid {
+        /// What is wrong, where, and what to do.
+        reason: String,
+    },
+}
+
+/// Something harmless that was repaired or left out while reading a scene, with how often it occurred.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// What was found and what was done about it, in the plural ("triangles without area, left out").
+    pub message: String,
+    /// How often.
+    pub count: usize,
+}

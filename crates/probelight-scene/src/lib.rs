@@ -1,0 +1,21 @@
+//! Validated input of Probelight: a scene's triangles and materials in world space, lights, cameras and
+//! the setup files that describe them.
+//!
+//! Everything downstream may rely on what [`Scene`] promises: finite positions, indices in range, no
+//! triangle without area, unit normals.
+
+mod camera;
+mod error;
+mod gltf_import;
+mod light;
+mod material;
+mod scene;
+mod setup;
+
+pub use camera::Camera;
+pub use error::{SceneError, Warning};
+pub use gltf_import::load_gltf;
+pub use light::{Illumination, Light, Lighting, Sky};
+pub use material::{AlphaMode, Material, Texture, TextureSlot};
+pub use scene::{Bounds, Scene};
+pub use setup::Setup;
