@@ -22,7 +22,7 @@ pub fn spherical_fibonacci(i: usize, count: usize) -> Vec3 {
 /// `count` directions covering the sphere evenly, ordered so that every prefix does too.
 ///
 /// The complete set is a spherical Fibonacci lattice. Its order is greedy: each next point is the one
-/// with the least Riesz energy `Σ 1/d²` towards those already taken.
+/// with the least Coulomb energy `Σ 1/d` towards those already taken.
 pub fn progressive_sphere(count: usize) -> Vec<Vec3> {
     let mut pool: Vec<Vec3> = (0..count).map(|i| spherical_fibonacci(i, count)).collect();
     let mut energy = vec![0f32; count];
@@ -37,7 +37,7 @@ pub fn progressive_sphere(count: usize) -> Vec<Vec3> {
         let taken = pool.swap_remove(best);
         energy.swap_remove(best);
         for (direction, energy) in pool.iter().zip(&mut energy) {
-            *energy += 1.0 / (*direction - taken).length_squared();
+            *energy += 1.0 / (*direction - taken).length();
         }
         ordered.push(taken);
     }

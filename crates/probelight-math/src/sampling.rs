@@ -99,8 +99,9 @@ fn sobol_second_dimension(index: u32) -> u32 {
 /// all elementary intervals; different seeds give independent sequences.
 #[inline]
 pub fn sobol_owen(index: u32, seed: u32) -> Vec2 {
-    // Shuffling the index by an Owen scramble decorrelates prefixes taken with different seeds.
-    let shuffled = owen_scramble(index.reverse_bits(), hash_pair(seed, 0)).reverse_bits();
+    // Scrambling the index too keeps each aligned block of the sequence together but in random order,
+    // which makes sequences with different seeds independent.
+    let shuffled = owen_scramble(index, hash_pair(seed, 0));
     let x = owen_scramble(shuffled.reverse_bits(), hash_pair(seed, 1));
     let y = owen_scramble(sobol_second_dimension(shuffled), hash_pair(seed, 2));
     Vec2::new(unit_from_bits(x), unit_from_bits(y))
