@@ -1,0 +1,86 @@
+//! Which probes and receivers can exchange light at all.
+//!
+//! An air space is a set of probes connected by lines of sight, directly or over a surface that both see.
+//! Two spaces exchange no light, so no cluster may mix their receivers: truncation would leak light
+//! through the wall between them.
+
+use probelight_asset::{NONE, RelightPoint};
+use probelight_math::glam::Vec3;
+use probelight_trace::Tracer;
+use rayon::prelude::*;
+
+use crate::probes::ProbeSet;
+use crate::receivers::Receiver;
+
+/// Neighbours tested per probe, and relight points tested per pair that does not see each other.
+const NEIGHBOURS: usize = 16;
+const SHARED_POINTS: usize = 32;
+
+/// Probes tried per receiver.
+const PROBES_TRIED: usize = 16;
+
+/// The air space of each receiver (numbers without meaning beyond equality).
+pub(crate) fn assign_air_spaces(
+    tracer: &Tracer,
+    probes: &ProbeSet,
+    relight_points: &[RelightPoint],
+    receivers: &[Receiver],
+) -> Vec<u32> {
+    let spaces = connect_probes(tracer, probes, relight_points);
+    receivers
+        .par_iter()
+        .map(|receiver| {
+            let origin = receiver.position + receiver.normal * tracer.offset();
+            probes
+                .nearest(origin, PROBES_TRIED)
+                .into_iter()
+                .find(|p| tracer.is_visible(origin, probes.positions[*p as usize]))
+                .map_or(NONE, |p| spaces[p as usize])
+        })
+        .collect()
+}
+
+/// The air space of each probe.
+fn connect_probes(tracer: &Tracer, probes: &ProbeSet, relight_points: &[RelightPoint]) -> Vec<u32> {
+    let rays = relight_points.len() / probes.positions.len().max(1);
+    let links: Vec<Vec<u32>> = probes
+        .positions
+        .par_iter()
+        .enumerate()
+        .map(|(p, position)| {
+            let seen = &relight_points[p * rays..][..rays.min(SHARED_POINTS)];
+            probes
+                .nearest(*position, NEIGHBOURS)
+                .into_iter()
+                .filter(|q| *q as usize != p)
+                .filter(|q| is_connected(tracer, *position, probes.positions[*q as usize], seen))
+                .collect()
+        })
+        .collect();
+    let mut spaces: Vec<u32> = (0..probes.positions.len() as u32).collect();
+    for (p, neighbours) in links.iter().enumerate() {
+        for q in neighbours {
+            let (a, b) = (find_root(&mut spaces, p as u32), find_root(&mut spaces, *q));
+            spaces[a.max(b) as usize] = a.min(b);
+        }
+    }
+    (0..probes.positions.len() as u32).map(|p| find_root(&mut spaces, p)).collect()
+}
+
+/// Whether `to` sees `from` or one of the surface points that `from` sees.
+fn is_connected(tracer: &Tracer, from: Vec3, to: Vec3, seen: &[RelightPoint]) -> bool {
+    tracer.is_visible(from, to)
+        || seen.iter().filter(|point| point.triangle != NONE).any(|point| {
+            // Slightly towards `from`, so that the surface itself is not in the way.
+            let towards = (from - point.position).normalize_or_zero();
+            tracer.is_visible(point.position + towards * (4.0 * tracer.offset()), to)
+        })
+}
+
+fn find_root(parents: &mut [u32], mut node: u32) -> u32 {
+    while parents[node as usize] != node {
+        parents[node as usize] = parents[parents[node as usize] as usize];
+        node = parents[node as usize];
+    }
+    node
+}

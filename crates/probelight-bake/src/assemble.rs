@@ -1,0 +1,91 @@
+//! Putting the finished groups together into a baked scene.
+
+use probelight_asset::{BakeReport, BakedScene, Cluster, LightmapLayout, Probe, RelightPoint};
+use probelight_math::glam::Vec3;
+
+use crate::atlas::Atlas;
+use crate::checkpoint::FinishedGroup;
+use crate::compress::bounds_of;
+use crate::options::Resolved;
+use crate::receivers::Receivers;
+
+/// All that the steps before have produced.
+pub(crate) struct BakeParts {
+    pub(crate) scene: probelight_scene::Scene,
+    pub(crate) scene_hash: u64,
+    pub(crate) resolved: Resolved,
+    pub(crate) atlas: Atlas,
+    pub(crate) receivers: Receivers,
+    pub(crate) probes: Vec<Vec3>,
+    pub(crate) directions: Vec<Vec3>,
+    pub(crate) relight_points: Vec<RelightPoint>,
+}
+
+/// Lines up the groups' clusters, in order, behind the shared arrays.
+pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedScene {
+    let gather_rays = u64::from(parts.resolved.settings.gather_rays);
+    let report = report(&parts, &groups, gather_rays * parts.receivers.receivers.len() as u64);
+    let mut baked = BakedScene {
+        scene_hash: parts.scene_hash,
+        settings: parts.resolved.settings,
+        report,
+        lightmap: LightmapLayout {
+            width: parts.atlas.width,
+            height: parts.atlas.height,
+            pages: parts.atlas.pages,
+            faces: parts.atlas.faces,
+            back_faces: parts.atlas.back_faces,
+            dilation: parts.receivers.dilation,
+        },
+        probes: parts.probes.iter().map(|p| Probe { position: *p, support_radius: 0.0 }).collect(),
+        relight_directions: parts.directions,
+        relight_points: parts.relight_points,
+        scene: parts.scene,
+        ..BakedScene::default()
+    };
+    let receivers = &parts.receivers.receivers;
+    for cluster in groups.iter().flat_map(|g| &g.clusters) {
+        let bounds = bounds_of(receivers, &cluster.receivers);
+        baked.clusters.push(Cluster {
+            bounds,
+            first_receiver: baked.receiver_texels.len() as u32,
+            receiver_count: cluster.receivers.len() as u32,
+            first_probe: baked.cluster_probes.len() as u32,
+            probe_count: cluster.probes.len() as u32,
+            rank: cluster.rank,
+            receiver_basis_offset: baked.receiver_basis.len() as u64,
+            signal_basis_offset: baked.signal_basis.len() as u64,
+            row_scale_offset: baked.row_scales.len() as u32,
+            error: cluster.error,
+        });
+        for p in &cluster.probes {
+            let probe = &mut baked.probes[*p as usize];
+            for receiver in &cluster.receivers {
+                let distance = receivers[*receiver as usize].position.distance(probe.position);
+                probe.support_radius = probe.support_radius.max(distance);
+            }
+        }
+        baked.receiver_texels.extend(cluster.receivers.iter().map(|r| receivers[*r as usize].texel));
+        baked.cluster_probes.extend(&cluster.probes);
+        baked.receiver_basis.extend(&cluster.receiver_basis);
+        baked.signal_basis.extend(&cluster.signal_basis);
+        baked.row_scales.extend(&cluster.row_scales);
+    }
+    baked
+}
+
+fn report(parts: &BakeParts, groups: &[FinishedGroup], rays: u64) -> BakeReport {
+    let rays = rays.max(1) as f64;
+    let clusters = || groups.iter().flat_map(|g| &g.clusters);
+    let receivers: usize = clusters().map(|c| c.receivers.len()).sum();
+    let weighted: f64 = clusters().map(|c| f64::from(c.error) * c.receivers.len() as f64).sum();
+    BakeReport {
+        chart_texels: parts.receivers.chart_texels,
+        invalid_texels: parts.receivers.invalid_texels,
+        approximated_fraction: groups.iter().map(|g| g.approximated_rays).sum::<u64>() as f64 / rays,
+        uncovered_fraction: groups.iter().map(|g| g.uncovered_rays).sum::<u64>() as f64 / rays,
+        mean_cluster_error: weighted / receivers.max(1) as f64,
+        max_cluster_error: clusters().map(|c| f64::from(c.error)).fold(0.0, f64::max),
+        warnings: parts.scene.warnings.iter().map(|w| format!("{}: {}", w.message, w.count)).collect(),
+    }
+}

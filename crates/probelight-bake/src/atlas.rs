@@ -1,0 +1,149 @@
+//! Unwrapping the lit faces into lightmap charts.
+//!
+//! The unwrapper (`uvunwrap`) guarantees charts that neither overlap nor flip and lie at least two texels
+//! apart, so that a bilinear lookup in one chart never touches a texel of another.
+
+use std::collections::HashMap;
+
+use probelight_asset::{LightmapFace, NONE};
+use probelight_math::glam::Vec2;
+use probelight_scene::Scene;
+use probelight_trace::Progress;
+use uvunwrap::{Density, MeshInput, Options, Packing};
+
+use crate::BakeError;
+
+/// Largest angle between a face and its chart's mean normal, degrees. Receivers take the face's own normal,
+/// so this only bounds how far a texel's neighbours may turn away.
+const MAX_CHART_ANGLE: f32 = 30.0;
+
+/// Texels kept free around each chart; charts are twice as far apart.
+const PADDING: u32 = 1;
+
+/// Largest page edge, texels.
+const MAX_PAGE_SIZE: u32 = 2048;
+
+/// Lit faces laid out in one stacked image.
+#[derive(Clone, Debug)]
+pub(crate) struct Atlas {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) pages: u32,
+    /// Front faces in triangle order, then lit back faces.
+    pub(crate) faces: Vec<LightmapFace>,
+    /// Triangle of each face.
+    pub(crate) face_triangles: Vec<u32>,
+    /// Chart of each face; [`NONE`] for faces too thin to have one.
+    pub(crate) face_charts: Vec<u32>,
+    /// Per triangle its back face's index in `faces`, or [`NONE`].
+    pub(crate) back_faces: Vec<u32>,
+}
+
+/// Lays out all front faces and the lit back faces at `texels_per_meter`.
+pub(crate) fn unwrap_faces(
+    scene: &Scene,
+    lit_back_faces: &[bool],
+    use_uv1: bool,
+    texels_per_meter: f32,
+    progress: &dyn Progress,
+) -> Result<Atlas, BakeError> {
+    let positions: Vec<[f32; 3]> = scene.positions.iter().map(|p| p.to_array()).collect();
+    let uv1: Vec<[f32; 2]> = scene.uv1.iter().map(|uv| uv.to_array()).collect();
+    let front: Vec<u32> = scene.triangles.iter().flatten().copied().collect();
+    let mut back_faces = vec![NONE; scene.triangles.len()];
+    let mut face_triangles: Vec<u32> = (0..scene.triangles.len() as u32).collect();
+    let mut back = Vec::new();
+    for (t, &[a, b, c]) in scene.triangles.iter().enumerate() {
+        if lit_back_faces[t] {
+            back_faces[t] = face_triangles.len() as u32;
+            face_triangles.push(t as u32);
+            back.extend([a, c, b]);
+        }
+    }
+    let mut meshes = vec![MeshInput::new(&positions, &front)];
+    if !back.is_empty() {
+        meshes.push(MeshInput::new(&positions, &back));
+    }
+    if use_uv1 && !uv1.is_empty() {
+        for mesh in &mut meshes {
+            mesh.existing_uvs = Some(&uv1);
+        }
+    }
+    let layout = generate(&meshes, texels_per_meter, progress)?;
+
+    let mut faces = Vec::with_capacity(face_triangles.len());
+    let mut face_charts = Vec::with_capacity(face_triangles.len());
+    for (m, mesh) in layout.meshes.iter().enumerate() {
+        for corners in mesh.indices.as_chunks::<3>().0 {
+            let vertices = corners.map(|c| &mesh.vertices[c as usize]);
+            let mut texels = vertices.map(|v| {
+                let page_top = (v.page.unwrap_or(0) * layout.height) as f32;
+                let size = Vec2::new(layout.width as f32, layout.height as f32);
+                Vec2::from(v.uv) * size + Vec2::new(0.0, page_top)
+            });
+            if m == 1 {
+                // Back faces were handed over with their second and third corner swapped.
+                texels.swap(1, 2);
+            }
+            faces.push(LightmapFace { corners: texels });
+            face_charts.push(vertices[0].chart.unwrap_or(NONE));
+        }
+    }
+    Ok(Atlas {
+        width: layout.width,
+        height: layout.height * layout.page_count,
+        pages: layout.page_count,
+        faces,
+        face_triangles,
+        face_charts,
+        back_faces,
+    })
+}
+
+/// Runs the unwrapper on as many pages as needed.
+fn generate(
+    meshes: &[MeshInput<'_>],
+    texels_per_meter: f32,
+    progress: &dyn Progress,
+) -> Result<uvunwrap::Atlas, BakeError> {
+    let mut options = Options {
+        max_chart_angle: MAX_CHART_ANGLE,
+        padding: PADDING,
+        packing: Packing::Fast,
+        max_chart_size: MAX_PAGE_SIZE - 2 * PADDING,
+        ..Options::default()
+    };
+    let unwrap = |page_size| {
+        options.density = Density::Fixed { texels_per_unit: texels_per_meter, page_size };
+        uvunwrap::generate_with_progress(meshes, &options, |_| !progress.is_cancelled()).map_err(
+            |e| match e {
+                uvunwrap::Error::Cancelled => BakeError::Cancelled,
+                other => BakeError::Atlas { reason: format!("{other}; try a lower texel density") },
+            },
+        )
+    };
+    let mut unwrap = unwrap;
+    let single = unwrap(None)?;
+    if single.width.max(single.height) <= MAX_PAGE_SIZE {
+        return Ok(single);
+    }
+    unwrap(Some(MAX_PAGE_SIZE))
+}
+
+/// Chart areas cannot be told from their texels alone once charts share an image: this maps each chart to
+/// its faces.
+pub(crate) fn faces_by_chart(atlas: &Atlas) -> Vec<Vec<u32>> {
+    let mut index = HashMap::new();
+    let mut charts: Vec<Vec<u32>> = Vec::new();
+    for (face, chart) in atlas.face_charts.iter().enumerate() {
+        if *chart == NONE {
+            continue;
+        }
+        let slot = *index.entry(*chart).or_insert_with(|| {
+            charts.push(Vec::new());
+            charts.len() - 1
+        });
+        charts[slot].push(face as u32);
+    }
+    charts
+}

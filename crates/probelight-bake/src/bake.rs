@@ -1,0 +1,222 @@
+//! The steps of a bake, in order.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use probelight_asset::BakedScene;
+use probelight_math::directions::progressive_sphere;
+use probelight_math::sh::Basis;
+use probelight_scene::Scene;
+use probelight_trace::{Progress, Tracer};
+use rayon::prelude::*;
+use xxhash_rust::xxh3::xxh3_64_with_seed;
+
+use crate::air_spaces::assign_air_spaces;
+use crate::assemble::{BakeParts, assemble};
+use crate::checkpoint::{Checkpoint, FinishedGroup};
+use crate::compress::Compressor;
+use crate::gather::{GatherHit, gather_hits};
+use crate::layout::fit_layout;
+use crate::options::Resolved;
+use crate::partition::KdRule;
+use crate::probe_choice::choose_probes;
+use crate::probes::{ProbeSet, place_probes};
+use crate::receivers::{Receiver, place_receivers};
+use crate::relight::trace_relight_rays;
+use crate::sides::find_lit_back_faces;
+use crate::transport::{Transport, TransportBuilder};
+use crate::{BakeError, BakeOptions};
+
+/// Bakes a valid scene ([`Scene::validate`]).
+///
+/// With a `checkpoint` path, finished parts are kept there and an earlier, interrupted bake of the same
+/// scene with the same options goes on where it stopped; the file is removed on success. The result
+/// depends only on scene and options, not on threads or interruptions.
+///
+/// # Errors
+/// See [`BakeError`]; [`BakeError::Cancelled`] as soon as `progress` asks to stop.
+pub fn bake(
+    scene: Arc<Scene>,
+    options: &BakeOptions,
+    checkpoint: Option<&Path>,
+    progress: &dyn Progress,
+) -> Result<BakedScene, BakeError> {
+    progress.begin("building the ray tracer", 1);
+    let scene_hash = scene.content_hash();
+    let tracer = Tracer::new(scene);
+    let mut resolved = options.resolve(&tracer)?;
+    let lit_back_faces = find_lit_back_faces(&tracer, resolved.settings.seed);
+    let atlas = fit_layout(&tracer, &lit_back_faces, options.use_uv1, &mut resolved, progress)?;
+    let receivers = place_receivers(&tracer, &atlas, &lit_back_faces);
+    let probes = place_probes(
+        &tracer,
+        &resolved.settings,
+        resolved.uniform_spacing,
+        &lit_back_faces,
+        &receivers.receivers,
+        progress,
+    )?;
+    let directions = progressive_sphere(resolved.settings.relight_rays as usize);
+    let relight_points = trace_relight_rays(&tracer, &atlas, &probes, &directions, progress)?;
+    let probe_set = ProbeSet::of(&probes, resolved.settings.probe_spacing * 0.5);
+    let air_spaces = assign_air_spaces(&tracer, &probe_set, &relight_points, &receivers.receivers);
+
+    let split_rule = split_rule(&resolved);
+    let largest = resolved.settings.receivers_per_cluster as usize;
+    let groups = split_rule.partition(&receivers.receivers, &air_spaces, largest);
+    let worker = GroupWorker {
+        tracer: &tracer,
+        basis: Basis::new(resolved.settings.sh_degree as usize),
+        probes: &probe_set,
+        receivers: &receivers.receivers,
+        compressor: Compressor {
+            settings: &resolved.settings,
+            receivers: &receivers.receivers,
+            split_rule,
+            lightmap_width: atlas.width,
+        },
+    };
+    let fingerprint = fingerprint(scene_hash, &resolved, receivers.receivers.len(), &probes);
+    let finished = gather_groups(&worker, &groups, checkpoint, fingerprint, progress)?;
+    let parts = BakeParts {
+        scene: Scene::clone(tracer.scene()),
+        scene_hash,
+        resolved: resolved.clone(),
+        receivers: receivers.clone(),
+        atlas,
+        probes,
+        directions,
+        relight_points,
+    };
+    Ok(assemble(parts, finished))
+}
+
+/// Receivers facing opposite ways are split before those half a full cluster's width apart.
+fn split_rule(resolved: &Resolved) -> KdRule {
+    let cluster_width =
+        (resolved.settings.receivers_per_cluster as f32).sqrt() / resolved.settings.texels_per_meter;
+    KdRule { meters_per_normal: 0.5 * cluster_width }
+}
+
+/// Tells bakes apart whose finished groups must not be mixed.
+fn fingerprint(
+    scene_hash: u64,
+    resolved: &Resolved,
+    receivers: usize,
+    probes: &[probelight_math::glam::Vec3],
+) -> u64 {
+    let text = format!("{} {:?} {receivers}", env!("CARGO_PKG_VERSION"), resolved.settings);
+    let settings = xxh3_64_with_seed(text.as_bytes(), scene_hash);
+    xxh3_64_with_seed(bytemuck::cast_slice(probes), settings)
+}
+
+/// Gathers and compresses all groups, in parallel, keeping the finished ones in the checkpoint.
+fn gather_groups(
+    worker: &GroupWorker<'_>,
+    groups: &[Vec<u32>],
+    checkpoint: Option<&Path>,
+    fingerprint: u64,
+    progress: &dyn Progress,
+) -> Result<Vec<FinishedGroup>, BakeError> {
+    let (checkpoint, mut known) = match checkpoint {
+        Some(path) => {
+            let (checkpoint, known) = Checkpoint::open(path, fingerprint)?;
+            (Some(checkpoint), known)
+        }
+        None => (None, std::collections::HashMap::new()),
+    };
+    let total: usize = groups.iter().map(Vec::len).sum();
+    progress.begin("gathering light", total as u64);
+    let known: Vec<Option<FinishedGroup>> = (0..groups.len()).map(|g| known.remove(&(g as u32))).collect();
+    let has_failed = AtomicBool::new(false);
+    let finished: Result<Vec<FinishedGroup>, BakeError> = groups
+        .par_iter()
+        .zip(known)
+        .enumerate()
+        .map(|(g, (group, known))| {
+            if progress.is_cancelled() || has_failed.load(Ordering::Relaxed) {
+                return Err(BakeError::Cancelled);
+            }
+            let finished = match known {
+                Some(finished) => finished,
+                None => {
+                    let finished = worker.bake_group(group);
+                    if let Some(checkpoint) = &checkpoint {
+                        checkpoint
+                            .append(g as u32, &finished)
+                            .inspect_err(|_| has_failed.store(true, Ordering::Relaxed))?;
+                    }
+                    finished
+                }
+            };
+            progress.advance(group.len() as u64);
+            Ok(finished)
+        })
+        .collect();
+    let finished = finished?;
+    if let Some(checkpoint) = checkpoint {
+        checkpoint.remove();
+    }
+    Ok(finished)
+}
+
+/// Bakes groups of receivers, one at a time and independently of each other.
+struct GroupWorker<'a> {
+    tracer: &'a Tracer,
+    basis: Basis,
+    probes: &'a ProbeSet,
+    receivers: &'a [Receiver],
+    compressor: Compressor<'a>,
+}
+
+/// Gather hits from which a group's probes are chosen.
+const CHOICE_HITS: usize = 2048;
+
+/// Support radius as a multiple of the largest distance between the group's receivers and probes; greater
+/// than one, so that every chosen probe counts.
+const SUPPORT_MARGIN: f32 = 1.5;
+
+impl GroupWorker<'_> {
+    fn bake_group(&self, group: &[u32]) -> FinishedGroup {
+        let settings = self.compressor.settings;
+        let gather = |receiver: &u32, rays| -> Vec<GatherHit> {
+            gather_hits(self.tracer, &self.receivers[*receiver as usize], rays, settings.seed).collect()
+        };
+        let rays_for_choice = (CHOICE_HITS / group.len()).max(1) as u32;
+        let sample: Vec<GatherHit> = group.iter().flat_map(|r| gather(r, rays_for_choice)).collect();
+        let chosen = choose_probes(
+            self.tracer,
+            self.probes,
+            self.receivers,
+            group,
+            &sample,
+            settings.probes_per_cluster as usize,
+        );
+        let builder = TransportBuilder {
+            tracer: self.tracer,
+            basis: &self.basis,
+            support_radius: SUPPORT_MARGIN * self.farthest_distance(group, &chosen),
+            probes: chosen.iter().map(|p| self.probes.positions[*p as usize]).collect(),
+        };
+        let mut transport = Transport::default();
+        for receiver in group {
+            let hits = gather(receiver, settings.gather_rays);
+            builder.add_row(&self.receivers[*receiver as usize], &hits, &mut transport);
+        }
+        FinishedGroup {
+            clusters: self.compressor.compress(group, &transport.rows, transport.columns, &chosen),
+            approximated_rays: transport.approximated_rays,
+            uncovered_rays: transport.uncovered_rays,
+        }
+    }
+
+    fn farthest_distance(&self, group: &[u32], probes: &[u32]) -> f32 {
+        let positions = || group.iter().map(|r| self.receivers[*r as usize].position);
+        probes
+            .iter()
+            .map(|p| self.probes.positions[*p as usize])
+            .flat_map(|probe| positions().map(move |position| position.distance(probe)))
+            .fold(f32::MIN_POSITIVE, f32::max)
+    }
+}

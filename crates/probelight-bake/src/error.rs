@@ -1,0 +1,37 @@
+//! Why a bake failed.
+
+use std::path::PathBuf;
+
+/// Why a bake failed.
+#[derive(Debug, thiserror::Error)]
+pub enum BakeError {
+    /// The caller asked to stop.
+    #[error("the bake was interrupted")]
+    Cancelled,
+    /// An option is outside its range.
+    #[error("{option} must be {expected}, not {got}")]
+    Option {
+        /// The option's name.
+        option: &'static str,
+        /// The allowed range, in words.
+        expected: &'static str,
+        /// What was asked for.
+        got: String,
+    },
+    /// The surface could not be laid out in a lightmap.
+    #[error("cannot lay out the lightmap: {reason}")]
+    Atlas {
+        /// What is wrong and what to do.
+        reason: String,
+    },
+    /// The file that remembers an unfinished bake could not be used.
+    #[error("cannot {action} the unfinished bake {path}: {source}")]
+    Checkpoint {
+        /// "read" or "write".
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+}

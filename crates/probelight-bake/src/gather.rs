@@ -1,0 +1,46 @@
+//! Gather rays: what each receiver of a cluster sees.
+
+use probelight_math::glam::Vec3;
+use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
+use probelight_trace::{Ray, Tracer};
+
+use crate::receivers::Receiver;
+
+/// Where a gather ray ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum GatherHit {
+    /// On a surface; `position` is already moved off it along `normal`, which faces the receiver.
+    Surface {
+        /// Metres.
+        position: Vec3,
+        /// Unit.
+        normal: Vec3,
+    },
+    /// In the sky, along the unit vector.
+    Sky(Vec3),
+}
+
+/// Ends of `count` cosine-distributed rays from a receiver.
+///
+/// The samples are a scrambled (0,2)-sequence of the receiver's own: stratified within, independent
+/// between receivers, so that the compression averages their noise instead of keeping a pattern.
+pub(crate) fn gather_hits(
+    tracer: &Tracer,
+    receiver: &Receiver,
+    count: u32,
+    seed: u64,
+) -> impl Iterator<Item = GatherHit> {
+    let world_from_local = world_from_tangent(receiver.normal);
+    let origin = receiver.position + receiver.normal * tracer.offset();
+    let sequence = hash_pair(receiver.texel, seed as u32 ^ (seed >> 32) as u32);
+    (0..count).map(move |ray| {
+        let direction = world_from_local * cosine_hemisphere_from_square(sobol_owen(ray, sequence));
+        match tracer.closest_hit(&Ray::new(origin, direction)) {
+            Some(hit) => GatherHit::Surface {
+                position: origin + direction * hit.distance + hit.normal * tracer.offset(),
+                normal: hit.normal,
+            },
+            None => GatherHit::Sky(direction),
+        }
+    })
+}

@@ -1,0 +1,147 @@
+//! What a user may ask of a bake, and the defaults derived from the scene.
+
+use probelight_asset::BakeSettings;
+use probelight_math::glam::Vec3;
+use probelight_math::sampling::{Rng, cosine_hemisphere_from_square, sobol_owen, world_from_tangent};
+use probelight_scene::Scene;
+use probelight_trace::{Ray, Tracer};
+use rayon::prelude::*;
+
+use crate::BakeError;
+use crate::surface_samples::sample_front_faces;
+
+/// What a user may ask of a bake. `None` means the documented default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BakeOptions {
+    /// Wanted number of receivers (lightmap texels with light of their own). Takes precedence over the
+    /// default texel density, not over an explicit one.
+    pub receivers: Option<u32>,
+    /// Lightmap texels per metre. Default: texels of 1/32 of the scene's typical free distance, but no
+    /// more receivers than [`DEFAULT_MAX_RECEIVERS`].
+    pub texels_per_meter: Option<f32>,
+    /// Probes per cubic metre of open space. Default: adapted to the local free distance, and nowhere
+    /// sparser than [SED]'s 0.02.
+    pub probe_density: Option<f32>,
+    /// Gather rays per receiver. Default 1024.
+    pub gather_rays: Option<u32>,
+    /// Relight rays per probe. Default 512 ([SED] §5.1).
+    pub relight_rays: Option<u32>,
+    /// Highest spherical-harmonics band, 0 to 11. Default 7 ([SED] Table 1).
+    pub sh_degree: Option<u32>,
+    /// Most singular values per cluster. Default 32 ([SED] §3.3).
+    pub max_rank: Option<u32>,
+    /// Relative error of a cluster's truncated matrix above which it is split. Default 0.02.
+    pub max_cluster_error: Option<f32>,
+    /// Most probes a cluster draws on. Default 10.
+    pub probes_per_cluster: Option<u32>,
+    /// Most receivers in a cluster. Default 1024.
+    pub receivers_per_cluster: Option<u32>,
+    /// Use the scene's second texture coordinates for the lightmap where they are valid.
+    pub use_uv1: bool,
+    /// Seed of all random numbers. Default 0.
+    pub seed: Option<u64>,
+}
+
+/// Receivers that the default texel density does not exceed.
+pub const DEFAULT_MAX_RECEIVERS: u32 = 160_000;
+
+/// Default texel edge as a share of the typical free distance.
+const TEXEL_PER_FREE_DISTANCE: f32 = 1.0 / 32.0;
+
+/// Lowest probe density unless asked otherwise, per m³ ([SED] §3).
+const SPARSEST_PROBE_DENSITY: f32 = 0.02;
+
+/// What the options come to for one scene.
+#[derive(Clone, Debug)]
+pub(crate) struct Resolved {
+    /// Settings that go into the file. `texels_per_meter` is still the wish.
+    pub(crate) settings: BakeSettings,
+    /// Wanted number of receivers, if the texel density is to follow from it.
+    pub(crate) receiver_target: Option<u32>,
+    /// Whether the receiver target is only an upper limit.
+    pub(crate) target_is_limit: bool,
+    /// Probe spacing everywhere, if the user fixed the density.
+    pub(crate) uniform_spacing: bool,
+}
+
+impl BakeOptions {
+    /// Checks the options and fills in the defaults for one scene.
+    pub(crate) fn resolve(&self, tracer: &Tracer) -> Result<Resolved, BakeError> {
+        let free_distance = typical_free_distance(tracer);
+        let positive = |option, value: Option<f32>| match value {
+            Some(v) if !(v > 0.0 && v.is_finite()) => {
+                Err(BakeError::Option { option, expected: "positive", got: v.to_string() })
+            }
+            other => Ok(other),
+        };
+        let within = |option, value: Option<u32>, default, range: std::ops::RangeInclusive<u32>, expected| {
+            let value = value.unwrap_or(default);
+            if range.contains(&value) {
+                Ok(value)
+            } else {
+                Err(BakeError::Option { option, expected, got: value.to_string() })
+            }
+        };
+        let texel_density = positive("the texel density", self.texels_per_meter)?;
+        let probe_density = positive("the probe density", self.probe_density)?;
+        let max_error = positive("the largest cluster error", self.max_cluster_error)?;
+        let receivers =
+            within("the number of receivers", self.receivers, 1, 1..=64_000_000, "1 to 64 million")?;
+        let spacing = probe_density.unwrap_or(SPARSEST_PROBE_DENSITY).powf(-1.0 / 3.0);
+        let settings = BakeSettings {
+            texels_per_meter: texel_density.unwrap_or(1.0 / (free_distance * TEXEL_PER_FREE_DISTANCE)),
+            probe_spacing: spacing,
+            sh_degree: within("the SH degree", self.sh_degree, 7, 0..=11, "0 to 11")?,
+            gather_rays: within("the gather rays", self.gather_rays, 1024, 16..=65_536, "16 to 65536")?,
+            relight_rays: within("the relight rays", self.relight_rays, 512, 16..=16_384, "16 to 16384")?,
+            probes_per_cluster: within(
+                "the probes per cluster",
+                self.probes_per_cluster,
+                10,
+                1..=40,
+                "1 to 40",
+            )?,
+            receivers_per_cluster: within(
+                "the receivers per cluster",
+                self.receivers_per_cluster,
+                1024,
+                16..=4096,
+                "16 to 4096",
+            )?,
+            max_rank: within("the rank", self.max_rank, 32, 1..=256, "1 to 256")?,
+            max_cluster_error: max_error.unwrap_or(0.02),
+            seed: self.seed.unwrap_or(0),
+        };
+        let (receiver_target, target_is_limit) = match (texel_density, self.receivers) {
+            (Some(_), _) => (None, false),
+            (None, Some(_)) => (Some(receivers), false),
+            (None, None) => (Some(DEFAULT_MAX_RECEIVERS), true),
+        };
+        Ok(Resolved { settings, receiver_target, target_is_limit, uniform_spacing: probe_density.is_some() })
+    }
+}
+
+/// Median distance that light travels from a surface to the next, metres: the scale of the scene's spaces.
+fn typical_free_distance(tracer: &Tracer) -> f32 {
+    let samples = sample_front_faces(tracer.scene(), 4096, &mut Rng::new(0, 17));
+    let mut distances: Vec<f32> = samples
+        .par_iter()
+        .enumerate()
+        .filter_map(|(i, sample)| {
+            let local = cosine_hemisphere_from_square(sobol_owen(i as u32, 23));
+            let ray = Ray::new(
+                sample.position + sample.normal * tracer.offset(),
+                world_from_tangent(sample.normal) * local,
+            );
+            tracer.closest_hit(&ray).filter(|hit| !hit.is_back_face).map(|hit| hit.distance)
+        })
+        .collect();
+    distances.sort_by(f32::total_cmp);
+    distances.get(distances.len() / 2).copied().unwrap_or_else(|| fallback_distance(tracer.scene()))
+}
+
+/// Stand-in for scenes where no surface sees another.
+fn fallback_distance(scene: &Scene) -> f32 {
+    let size: Vec3 = scene.bounds().size();
+    size.length() / 3.0
+}

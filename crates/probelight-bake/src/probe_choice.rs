@@ -1,0 +1,86 @@
+//! Which probes a cluster draws on: those that together see best what its receivers see.
+
+use probelight_math::glam::Vec3;
+use probelight_trace::{Ray, Tracer};
+
+use crate::gather::GatherHit;
+use crate::partition::centroid;
+use crate::probes::ProbeSet;
+use crate::receivers::Receiver;
+
+/// Nearest probes considered.
+const CANDIDATES: usize = 48;
+
+/// A further probe must serve at least this much better, summed over all rays (1 = every ray served ideally).
+const SMALLEST_GAIN: f32 = 0.003;
+
+/// What a probe is worth for a ray just for seeing its end; the rest is for seeing it from near and face on.
+const WORTH_OF_SEEING: f32 = 0.4;
+
+/// Chooses at most `most` probes, greedily by what each adds to the service of `hits` (a sample of the
+/// cluster's gather hits).
+pub(crate) fn choose_probes(
+    tracer: &Tracer,
+    probes: &ProbeSet,
+    receivers: &[Receiver],
+    group: &[u32],
+    hits: &[GatherHit],
+    most: usize,
+) -> Vec<u32> {
+    let candidates = probes.nearest(centroid(receivers, group), CANDIDATES);
+    let scale = typical_distance(receivers, group, hits);
+    let mut services: Vec<(u32, Vec<f32>)> = candidates
+        .into_iter()
+        .map(|probe| {
+            let position = probes.positions[probe as usize];
+            (probe, hits.iter().map(|hit| service(tracer, position, hit, scale)).collect())
+        })
+        .collect();
+    let mut served = vec![0f32; hits.len()];
+    let mut chosen = Vec::new();
+    while chosen.len() < most && !services.is_empty() {
+        let gain = |service: &[f32]| -> f32 {
+            service.iter().zip(&served).map(|(s, served)| (s - served).max(0.0)).sum()
+        };
+        let gains: Vec<f32> = services.iter().map(|(_, service)| gain(service)).collect();
+        let best =
+            (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]).then(b.cmp(a))).unwrap_or(0);
+        if gains[best] < SMALLEST_GAIN * hits.len() as f32 && !chosen.is_empty() {
+            break;
+        }
+        let (probe, service) = services.swap_remove(best);
+        for (served, service) in served.iter_mut().zip(service) {
+            *served = served.max(service);
+        }
+        chosen.push(probe);
+    }
+    chosen
+}
+
+/// How well a probe serves a ray, from 0 (does not see its end) to 1 (sees it from near, face on).
+fn service(tracer: &Tracer, probe: Vec3, hit: &GatherHit, scale: f32) -> f32 {
+    match hit {
+        GatherHit::Sky(direction) => f32::from(u8::from(!tracer.is_occluded(&Ray::new(probe, *direction)))),
+        GatherHit::Surface { position, normal } => {
+            let offset = probe - position;
+            let squared = offset.length_squared();
+            let cosine = normal.dot(offset) / squared.sqrt().max(f32::MIN_POSITIVE);
+            if cosine <= 0.0 || !tracer.is_visible(*position, probe) {
+                return 0.0;
+            }
+            let nearness = (scale * scale / squared.max(f32::MIN_POSITIVE)).min(1.0);
+            WORTH_OF_SEEING + (1.0 - WORTH_OF_SEEING) * cosine * nearness
+        }
+    }
+}
+
+/// Half the mean distance from the group's middle to what it sees, metres.
+fn typical_distance(receivers: &[Receiver], group: &[u32], hits: &[GatherHit]) -> f32 {
+    let middle = centroid(receivers, group);
+    let distances = hits.iter().filter_map(|hit| match hit {
+        GatherHit::Surface { position, .. } => Some(position.distance(middle)),
+        GatherHit::Sky(_) => None,
+    });
+    let (sum, count) = distances.fold((0.0, 0u32), |(sum, count), d| (sum + d, count + 1));
+    0.5 * sum / count.max(1) as f32
+}

@@ -1,0 +1,251 @@
+//! Receivers: lightmap texels that hold light of their own.
+//!
+//! A texel belongs to a chart if its square overlaps one of the chart's faces (conservative rasterisation).
+//! Its sample point is the texel's centre, or the covered point nearest to it. Texels whose sample point
+//! lies inside other geometry try other points of their square; those that find none are invalid and are
+//! filled from valid neighbours of the same chart.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use probelight_asset::NONE;
+use probelight_math::glam::{Vec2, Vec3};
+use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
+use probelight_trace::{Ray, Tracer};
+use rayon::prelude::*;
+
+use crate::atlas::Atlas;
+
+/// A place that gathers light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Receiver {
+    /// Index of its texel in the stacked image.
+    pub(crate) texel: u32,
+    /// Sample point on the surface, metres.
+    pub(crate) position: Vec3,
+    /// Unit geometric normal on the lit side.
+    pub(crate) normal: Vec3,
+}
+
+/// All receivers, in texel order, and how to fill the texels around them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Receivers {
+    pub(crate) receivers: Vec<Receiver>,
+    /// (texel, receiver texel of the same chart to copy from).
+    pub(crate) dilation: Vec<[u32; 2]>,
+    /// Chart texels, valid or not.
+    pub(crate) chart_texels: u64,
+    /// Chart texels inside geometry.
+    pub(crate) invalid_texels: u64,
+}
+
+/// A texel covered by a chart.
+#[derive(Clone, Copy, Debug)]
+struct Coverage {
+    face: u32,
+    chart: u32,
+    /// Squared distance from the texel's centre to the face, texels².
+    squared_distance: f32,
+    /// Covered point nearest to the centre, texels.
+    nearest: Vec2,
+}
+
+/// Sample points are pulled this far towards the middle of their face, so that rays never start exactly on
+/// an edge shared with another wall.
+const INSET: f32 = 2e-3;
+
+/// Rays that decide whether a sample point lies inside a solid, and the share of unlit back faces above
+/// which it does.
+const VALIDITY_RAYS: u32 = 48;
+const MAX_BACK_SHARE: f32 = 0.3;
+
+/// Finds the receivers of an atlas.
+pub(crate) fn place_receivers(tracer: &Tracer, atlas: &Atlas, lit_back_faces: &[bool]) -> Receivers {
+    let coverage = rasterize_conservatively(atlas);
+    let placed: Vec<Option<Receiver>> = coverage
+        .par_iter()
+        .map(|(texel, covered)| find_valid_sample(tracer, atlas, lit_back_faces, *texel, covered))
+        .collect();
+    let charts: BTreeMap<u32, u32> = coverage.iter().map(|(texel, c)| (*texel, c.chart)).collect();
+    let receivers: Vec<Receiver> = placed.iter().flatten().copied().collect();
+    Receivers {
+        dilation: dilate_charts(atlas, &charts, &receivers),
+        chart_texels: coverage.len() as u64,
+        invalid_texels: (coverage.len() - receivers.len()) as u64,
+        receivers,
+    }
+}
+
+/// Number of chart texels at this layout: what the receiver count follows.
+pub(crate) fn count_chart_texels(atlas: &Atlas) -> usize {
+    rasterize_conservatively(atlas).len()
+}
+
+/// Texels whose square overlaps a face, in texel order, each with the face nearest to its centre.
+fn rasterize_conservatively(atlas: &Atlas) -> Vec<(u32, Coverage)> {
+    let mut nearest: Vec<Option<Coverage>> = vec![None; atlas.width as usize * atlas.height as usize];
+    for (face, layout) in atlas.faces.iter().enumerate() {
+        let chart = atlas.face_charts[face];
+        if chart == NONE {
+            continue;
+        }
+        let corners = layout.corners;
+        let low = corners.into_iter().reduce(Vec2::min).unwrap_or_default().floor().max(Vec2::ZERO);
+        let high = corners.into_iter().reduce(Vec2::max).unwrap_or_default();
+        let (x0, y0) = (low.x as u32, low.y as u32);
+        let (x1, y1) = ((high.x as u32).min(atlas.width - 1), (high.y as u32).min(atlas.height - 1));
+        for y in y0..=y1 {
+            for x in x0..=x1 {
+                let centre = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                if !square_overlaps_triangle(centre, corners) {
+                    continue;
+                }
+                let point = nearest_in_triangle(centre, corners);
+                let candidate = Coverage {
+                    face: face as u32,
+                    chart,
+                    squared_distance: point.distance_squared(centre),
+                    nearest: point,
+                };
+                let slot = &mut nearest[(y * atlas.width + x) as usize];
+                if slot.is_none_or(|best| candidate.squared_distance < best.squared_distance) {
+                    *slot = Some(candidate);
+                }
+            }
+        }
+    }
+    nearest.into_iter().enumerate().filter_map(|(texel, c)| Some((texel as u32, c?))).collect()
+}
+
+/// Separating-axis test of a unit square around `centre` against a triangle (Akenine-Möller 2001).
+fn square_overlaps_triangle(centre: Vec2, corners: [Vec2; 3]) -> bool {
+    let [a, b, c] = corners.map(|p| p - centre);
+    let separates = |axis: Vec2| {
+        let (pa, pb, pc) = (axis.dot(a), axis.dot(b), axis.dot(c));
+        let radius = 0.5 * (axis.x.abs() + axis.y.abs());
+        pa.min(pb).min(pc) > radius || pa.max(pb).max(pc) < -radius
+    };
+    let axes = [Vec2::X, Vec2::Y, (b - a).perp(), (c - b).perp(), (a - c).perp()];
+    !axes.into_iter().any(separates)
+}
+
+/// The point of a triangle nearest to `point`.
+fn nearest_in_triangle(point: Vec2, corners: [Vec2; 3]) -> Vec2 {
+    let [a, b, c] = corners;
+    let barycentric = barycentric_of(point, corners);
+    if barycentric.x >= 0.0 && barycentric.y >= 0.0 && barycentric.x + barycentric.y <= 1.0 {
+        return point;
+    }
+    let on_edge = |from: Vec2, to: Vec2| {
+        let edge = to - from;
+        let t = ((point - from).dot(edge) / edge.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+        from + edge * t
+    };
+    [on_edge(a, b), on_edge(b, c), on_edge(c, a)]
+        .into_iter()
+        .min_by(|p, q| p.distance_squared(point).total_cmp(&q.distance_squared(point)))
+        .unwrap_or(a)
+}
+
+/// Barycentric weights of the second and third corner.
+fn barycentric_of(point: Vec2, [a, b, c]: [Vec2; 3]) -> Vec2 {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let area = ab.perp_dot(ac);
+    if area == 0.0 {
+        return Vec2::splat(1.0 / 3.0);
+    }
+    Vec2::new(ap.perp_dot(ac), ab.perp_dot(ap)) / area
+}
+
+/// The first sample point of the texel that lies in open air.
+fn find_valid_sample(
+    tracer: &Tracer,
+    atlas: &Atlas,
+    lit_back_faces: &[bool],
+    texel: u32,
+    covered: &Coverage,
+) -> Option<Receiver> {
+    let corners = atlas.faces[covered.face as usize].corners;
+    let centre = Vec2::new((texel % atlas.width) as f32 + 0.5, (texel / atlas.width) as f32 + 0.5);
+    let others = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
+        .map(|(x, y)| nearest_in_triangle(centre + Vec2::new(x, y) * 0.4, corners));
+    std::iter::once(covered.nearest)
+        .chain(others)
+        .map(|point| receiver_at(tracer, atlas, texel, covered.face, point))
+        .find(|receiver| !is_inside_solid(tracer, lit_back_faces, receiver))
+}
+
+/// The receiver of a texel whose sample point is at lightmap position `point` of a face.
+fn receiver_at(tracer: &Tracer, atlas: &Atlas, texel: u32, face: u32, point: Vec2) -> Receiver {
+    let triangle = atlas.face_triangles[face as usize];
+    let barycentric = barycentric_of(point, atlas.faces[face as usize].corners)
+        .lerp(Vec2::splat(1.0 / 3.0), INSET)
+        .clamp(Vec2::ZERO, Vec2::ONE);
+    let [a, b, c] = tracer.scene().corners(triangle as usize);
+    let is_back = face as usize >= atlas.back_faces.len();
+    let front = tracer.front_normal(triangle);
+    Receiver {
+        texel,
+        position: a + (b - a) * barycentric.x + (c - a) * barycentric.y,
+        normal: if is_back { -front } else { front },
+    }
+}
+
+/// Whether a place sees so many back faces that it must lie inside a solid.
+fn is_inside_solid(tracer: &Tracer, lit_back_faces: &[bool], receiver: &Receiver) -> bool {
+    let world_from_local = world_from_tangent(receiver.normal);
+    let origin = receiver.position + receiver.normal * tracer.offset();
+    let back_faces = (0..VALIDITY_RAYS)
+        .filter(|ray| {
+            let u = sobol_owen(*ray, hash_pair(receiver.texel, 5));
+            let direction = world_from_local * cosine_hemisphere_from_square(u);
+            tracer
+                .closest_hit(&Ray::new(origin, direction))
+                .is_some_and(|hit| hit.is_back_face && !lit_back_faces[hit.triangle as usize])
+        })
+        .count();
+    back_faces as f32 > MAX_BACK_SHARE * VALIDITY_RAYS as f32
+}
+
+/// Sources for chart texels without a receiver and for the ring of texels around each chart that bilinear
+/// lookups touch: the nearest receiver of the same chart, found by growing outwards from the receivers.
+fn dilate_charts(atlas: &Atlas, charts: &BTreeMap<u32, u32>, receivers: &[Receiver]) -> Vec<[u32; 2]> {
+    let texel_count = atlas.width as usize * atlas.height as usize;
+    let mut source = vec![NONE; texel_count];
+    let mut chart_of = vec![NONE; texel_count];
+    for (texel, chart) in charts {
+        chart_of[*texel as usize] = *chart;
+    }
+    let mut front: VecDeque<u32> = receivers.iter().map(|r| r.texel).collect();
+    for receiver in receivers {
+        source[receiver.texel as usize] = receiver.texel;
+    }
+    let mut dilation = Vec::new();
+    while let Some(texel) = front.pop_front() {
+        let chart = chart_of[texel as usize];
+        for neighbour in neighbours(texel, atlas.width, atlas.height) {
+            let free = chart_of[neighbour as usize] == NONE;
+            let same_chart = chart_of[neighbour as usize] == chart;
+            if source[neighbour as usize] != NONE || !(free || same_chart) {
+                continue;
+            }
+            source[neighbour as usize] = source[texel as usize];
+            dilation.push([neighbour, source[texel as usize]]);
+            if same_chart {
+                front.push_back(neighbour);
+            }
+        }
+    }
+    dilation.sort_unstable();
+    dilation
+}
+
+/// The up to eight texels around one, edge neighbours first.
+fn neighbours(texel: u32, width: u32, height: u32) -> impl Iterator<Item = u32> {
+    let (x, y) = ((texel % width) as i32, (texel / width) as i32);
+    [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)].into_iter().filter_map(
+        move |(dx, dy)| {
+            let (x, y) = (x + dx, y + dy);
+            (x >= 0 && y >= 0 && x < width as i32 && y < height as i32).then(|| (y as u32) * width + x as u32)
+        },
+    )
+}

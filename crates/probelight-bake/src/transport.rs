@@ -1,0 +1,236 @@
+//! The transport matrix α of a cluster: how much of each probe coefficient arrives at each receiver.
+//!
+//! A gather ray that ends at y takes its radiance from the probes that see y, in proportion to their
+//! weights; the direction Ψ from the probe to y says which value of the probe's spherical function that
+//! is ([SED] eq. 3). Summed over cosine-distributed rays with weight π/N each, this is [SED] eq. 4 with
+//! the cosine that belongs to irradiance.
+
+use std::f32::consts::PI;
+
+use probelight_math::glam::Vec3;
+use probelight_math::sh::{Basis, LANES};
+use probelight_trace::{Ray, Tracer};
+
+use crate::gather::GatherHit;
+use crate::receivers::Receiver;
+
+/// A cluster's uncompressed transport.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Transport {
+    /// Row-major α, steradians: one row per receiver, columns in the asset's band-major order.
+    pub(crate) rows: Vec<f32>,
+    /// Number of columns.
+    pub(crate) columns: usize,
+    /// Number of rays taken from the probe that sees nearest to their end, because none sees it.
+    pub(crate) approximated_rays: u64,
+    /// Number of rays lost, because no probe shares any sight with the receiver.
+    pub(crate) uncovered_rays: u64,
+}
+
+/// What is needed to judge visibility between probes and ray ends.
+pub(crate) struct TransportBuilder<'a> {
+    pub(crate) tracer: &'a Tracer,
+    pub(crate) basis: &'a Basis,
+    /// Positions of the cluster's probes, metres.
+    pub(crate) probes: Vec<Vec3>,
+    /// Distance at which a probe's weight reaches zero ([SED]'s support radius), metres.
+    pub(crate) support_radius: f32,
+}
+
+/// [SED]'s kernel: 1 at the probe, 0 at and beyond the support radius, smooth at both ends.
+pub(crate) fn support_kernel(distance: f32, radius: f32) -> f32 {
+    let t = (distance / radius).min(1.0);
+    (2.0 * t - 3.0) * t * t + 1.0
+}
+
+/// Once the probes tried hold this share of the weight that could still come, the rest is not tested.
+const NEGLIGIBLE_REST: f32 = 0.02;
+
+/// Nearest distance that still raises a probe's weight, as a share of the support radius; keeps 1/d² finite.
+const NEAREST_SHARE: f32 = 0.01;
+
+impl TransportBuilder<'_> {
+    /// Adds a receiver's row from the ends of its gather rays.
+    pub(crate) fn add_row(&self, receiver: &Receiver, hits: &[GatherHit], transport: &mut Transport) {
+        let mut accumulator = RowAccumulator::new(self.basis, self.probes.len());
+        let kernels: Vec<f32> = self
+            .probes
+            .iter()
+            .map(|p| support_kernel(p.distance(receiver.position), self.support_radius))
+            .collect();
+        let weight_per_ray = PI / hits.len() as f32;
+        let mut has_seen = vec![false; self.probes.len()];
+        let mut unserved = Vec::new();
+        for hit in hits {
+            let seen = self.seeing_probes(hit, &kernels);
+            let total: f32 = seen.iter().map(|(_, weight, _)| weight).sum();
+            if total <= 0.0 {
+                unserved.push(*hit);
+            }
+            for (probe, weight, direction) in seen {
+                has_seen[probe] = true;
+                accumulator.add(probe, direction, weight_per_ray * weight / total);
+            }
+        }
+        for hit in unserved {
+            match self.nearest_sight(&hit, &has_seen) {
+                Some((probe, direction)) => {
+                    accumulator.add(probe, direction, weight_per_ray);
+                    transport.approximated_rays += 1;
+                }
+                None => transport.uncovered_rays += 1,
+            }
+        }
+        accumulator.finish(&mut transport.rows);
+        transport.columns = self.probes.len() * self.basis.len();
+    }
+
+    /// The probes that see the end of a ray: (index, weight, direction from the probe).
+    fn seeing_probes(&self, hit: &GatherHit, kernels: &[f32]) -> Vec<(usize, f32, Vec3)> {
+        let mut candidates: Vec<(usize, f32, Vec3)> = (0..self.probes.len())
+            .filter_map(|probe| {
+                let (weight, direction) = self.weight_and_direction(probe, hit)?;
+                Some((probe, weight * kernels[probe], direction))
+            })
+            .filter(|(_, weight, _)| *weight > 0.0)
+            .collect();
+        candidates.sort_unstable_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let mut rest: f32 = candidates.iter().map(|(_, weight, _)| weight).sum();
+        let mut sum = 0.0;
+        candidates.retain(|(probe, weight, _)| {
+            if sum > 0.0 && rest < NEGLIGIBLE_REST * sum {
+                return false;
+            }
+            rest -= weight;
+            let sees = self.sees(*probe, hit);
+            sum += if sees { *weight } else { 0.0 };
+            sees
+        });
+        candidates
+    }
+
+    /// Weight without the receiver's kernel, and direction from the probe; `None` if the surface faces away.
+    /// The finer a probe resolves the surface around y, the more it counts: cosθ_y / |y − p|².
+    fn weight_and_direction(&self, probe: usize, hit: &GatherHit) -> Option<(f32, Vec3)> {
+        match hit {
+            GatherHit::Sky(direction) => Some((1.0, *direction)),
+            GatherHit::Surface { position, normal } => {
+                let offset = *position - self.probes[probe];
+                let squared = offset.length_squared();
+                let direction = offset / squared.sqrt().max(f32::MIN_POSITIVE);
+                let cosine = -normal.dot(direction);
+                let nearest = NEAREST_SHARE * self.support_radius;
+                (cosine > 0.0).then(|| (cosine / squared.max(nearest * nearest), direction))
+            }
+        }
+    }
+
+    fn sees(&self, probe: usize, hit: &GatherHit) -> bool {
+        let from = self.probes[probe];
+        match hit {
+            GatherHit::Sky(direction) => !self.tracer.is_occluded(&Ray::new(from, *direction)),
+            GatherHit::Surface { position, .. } => self.tracer.is_visible(*position, from),
+        }
+    }
+
+    /// For a ray whose end no probe sees: the probe that, looking towards it, sees a surface nearest to it.
+    /// Only probes that share some sight with the receiver count, so that no light crosses a wall.
+    fn nearest_sight(&self, hit: &GatherHit, has_seen: &[bool]) -> Option<(usize, Vec3)> {
+        (0..self.probes.len())
+            .filter(|probe| has_seen[*probe])
+            .map(|probe| {
+                let from = self.probes[probe];
+                let (direction, wanted) = match hit {
+                    GatherHit::Sky(direction) => (*direction, f32::INFINITY),
+                    GatherHit::Surface { position, .. } => {
+                        let offset = *position - from;
+                        let distance = offset.length().max(f32::MIN_POSITIVE);
+                        (offset / distance, distance)
+                    }
+                };
+                let seen =
+                    self.tracer.closest_hit(&Ray::new(from, direction)).map_or(f32::INFINITY, |h| h.distance);
+                // Between sky rays the probe that sees farthest is best.
+                let miss = if wanted.is_finite() { (wanted - seen).abs() } else { 1.0 / (1.0 + seen) };
+                (miss, probe, direction)
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+            .map(|(_, probe, direction)| (probe, direction))
+    }
+}
+
+/// Sums weighted basis values per probe, evaluating [`LANES`] directions at a time.
+struct RowAccumulator<'a> {
+    basis: &'a Basis,
+    /// Probe-major sums.
+    sums: Vec<f32>,
+    pending: Vec<PendingDirections>,
+    values: Vec<[f32; LANES]>,
+}
+
+#[derive(Clone, Copy, Default)]
+struct PendingDirections {
+    x: [f32; LANES],
+    y: [f32; LANES],
+    z: [f32; LANES],
+    weight: [f32; LANES],
+    count: usize,
+}
+
+impl<'a> RowAccumulator<'a> {
+    fn new(basis: &'a Basis, probes: usize) -> Self {
+        Self {
+            basis,
+            sums: vec![0.0; probes * basis.len()],
+            pending: vec![PendingDirections::default(); probes],
+            values: vec![[0.0; LANES]; basis.len()],
+        }
+    }
+
+    fn add(&mut self, probe: usize, direction: Vec3, weight: f32) {
+        let pending = &mut self.pending[probe];
+        let lane = pending.count;
+        (pending.x[lane], pending.y[lane], pending.z[lane]) = direction.into();
+        pending.weight[lane] = weight;
+        pending.count += 1;
+        if pending.count == LANES {
+            self.flush(probe);
+        }
+    }
+
+    fn flush(&mut self, probe: usize) {
+        let pending = std::mem::take(&mut self.pending[probe]);
+        self.basis.evaluate_lanes(pending.x, pending.y, pending.z, &mut self.values);
+        let sums = &mut self.sums[probe * self.basis.len()..][..self.basis.len()];
+        for (sum, values) in sums.iter_mut().zip(&self.values) {
+            let products: [f32; LANES] = std::array::from_fn(|lane| values[lane] * pending.weight[lane]);
+            *sum += products.iter().sum::<f32>();
+        }
+    }
+
+    /// Appends the row in band-major column order.
+    fn finish(mut self, row: &mut Vec<f32>) {
+        for probe in 0..self.pending.len() {
+            self.flush(probe);
+        }
+        for l in 0..=self.basis.degree() {
+            for sums in self.sums.chunks_exact(self.basis.len()) {
+                row.extend_from_slice(&sums[l * l..(l + 1) * (l + 1)]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kernel_is_one_at_the_probe_and_vanishes_smoothly() {
+        assert_eq!(support_kernel(0.0, 2.0), 1.0);
+        assert_eq!(support_kernel(1.0, 2.0), 0.5);
+        assert_eq!(support_kernel(2.0, 2.0), 0.0);
+        assert_eq!(support_kernel(9.0, 2.0), 0.0);
+        assert!(support_kernel(1.99, 2.0) < 1e-3);
+    }
+}
