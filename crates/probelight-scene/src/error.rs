@@ -29,12 +29,34 @@ pub enum SceneError {
         /// What is wrong, where, and what to do.
         reason: String,
     },
+    /// A setup has no such camera.
+    #[error("setup \"{setup}\" has no {}; {}", wanted_camera(name.as_deref()), list_of_cameras(available))]
+    Camera {
+        /// The setup's name.
+        setup: String,
+        /// The camera that was asked for; `None` for any.
+        name: Option<String>,
+        /// The cameras there are.
+        available: Vec<String>,
+    },
     /// Triangles that cannot be used, whatever file they came from.
     #[error("the scene cannot be used: {reason}")]
     Invalid {
         /// What is wrong, where, and what to do.
         reason: String,
     },
+}
+
+fn wanted_camera(name: Option<&str>) -> String {
+    name.map_or("camera".into(), |name| format!("camera \"{name}\""))
+}
+
+fn list_of_cameras(available: &[String]) -> String {
+    if available.is_empty() {
+        "add one to its cameras".into()
+    } else {
+        format!("it has: {}", available.join(", "))
+    }
 }
 
 /// Something harmless that was repaired or left out while reading a scene, with how often it occurred.

@@ -5,6 +5,7 @@
 //! triangle without area, unit normals.
 
 mod camera;
+mod content_hash;
 mod error;
 mod gltf_import;
 mod light;

@@ -139,6 +139,13 @@ impl Scene {
         emission * self.emission_texel(triangle, barycentric)
     }
 
+    /// Triangles that may emit light: those whose material has emission.
+    pub fn emissive_triangles(&self) -> Vec<u32> {
+        let emits: Vec<bool> = self.materials.iter().map(|m| m.emission != Vec3::ZERO).collect();
+        let materials = self.triangle_material.iter().enumerate();
+        materials.filter(|(_, m)| emits[**m as usize]).map(|(t, _)| t as u32).collect()
+    }
+
     /// The smallest box around all triangles.
     pub fn bounds(&self) -> Bounds {
         Bounds::of(self.positions.iter().copied())
@@ -191,8 +198,9 @@ impl Scene {
             if self.triangle_material[t] as usize >= self.materials.len() {
                 return fail(format!("triangle {t} uses a material that does not exist"));
             }
-            if !(self.area(t) > 0.0) {
-                return fail(format!("triangle {t} has no area"));
+            let area = self.area(t);
+            if !area.is_finite() || area <= 0.0 {
+                return fail(format!("triangle {t} has no area, or more than a number can hold"));
             }
         }
         self.validate_materials()

@@ -1,0 +1,80 @@
+//! Reading glTF 2.0 (`.glb`, `.gltf`).
+//!
+//! The `gltf` crate parses the JSON and checks its indices; its accessor readers, URI reader and camera and
+//! image views panic on some broken files, so this module has its own. In the order of use:
+//!
+//! | file | from | to |
+//! | --- | --- | --- |
+//! | `container` | file bytes | checked document and binary chunk |
+//! | `resources` | URIs, buffer views | bytes |
+//! | `accessors` | bytes | typed elements |
+//! | `images`, `materials` | documents' materials | [`Material`](crate::Material)s with [`Texture`](crate::Texture)s |
+//! | `primitives`, `tangents` | accessors | triangles in mesh space |
+//! | `nodes` | node tree | instances, lights and cameras in world space |
+
+mod accessors;
+mod container;
+mod images;
+mod lights;
+mod materials;
+mod nodes;
+mod primitives;
+mod resources;
+mod tangents;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::{Scene, SceneError, Warning};
+
+/// What is wrong with the file, where, and what to do; [`load_gltf`] adds the path.
+type Reason = String;
+
+/// Counts of what was repaired or left out, by message.
+#[derive(Default)]
+struct Warnings(BTreeMap<String, usize>);
+
+impl Warnings {
+    fn add(&mut self, message: impl Into<String>, count: usize) {
+        if count > 0 {
+            *self.0.entry(message.into()).or_default() += count;
+        }
+    }
+
+    fn into_vec(self) -> Vec<Warning> {
+        self.0.into_iter().map(|(message, count)| Warning { message, count }).collect()
+    }
+}
+
+/// Reads a glTF 2.0 file and everything it refers to, flattened to world space.
+///
+/// Lights of `KHR_lights_punctual` are taken as radiometric: intensity times colour is W/sr for point and
+/// spot lights (the file says candela) and W/m² for directional ones (the file says lux). Emission is
+/// `emissiveFactor` times `KHR_materials_emissive_strength` in W·m⁻²·sr⁻¹. Cameras, which have no resolution
+/// in glTF, get a height of 512 pixels.
+///
+/// Alpha blending becomes a mask at 0.5; vertex colours are ignored; morph targets stay at rest and skins in
+/// their bind pose. What is repaired or left out is counted in [`Scene::warnings`].
+///
+/// # Errors
+/// [`SceneError::Read`] if the file cannot be read, [`SceneError::Gltf`] if it or a file it refers to is
+/// broken, claims more than it holds, or requires an extension that is not supported.
+pub fn load_gltf(path: &Path) -> Result<Scene, SceneError> {
+    let bytes =
+        resources::read_file(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    scene_from_bytes(&bytes, folder).map_err(|reason| SceneError::Gltf { path: path.into(), reason })
+}
+
+fn scene_from_bytes(bytes: &[u8], folder: &Path) -> Result<Scene, Reason> {
+    let (document, binary) = container::parse(bytes)?;
+    let resources = resources::Resources::load(&document, binary, folder)?;
+    let mut warnings = Warnings::default();
+    let materials = materials::import_materials(&document, &resources, &mut warnings)?;
+    let mut scene = nodes::flatten(&document, &resources, &materials, &mut warnings)?;
+    scene.materials = materials.materials;
+    scene.textures = materials.textures;
+    scene.warnings = warnings.into_vec();
+    scene.validate().map_err(|error| error.to_string())?;
+    Ok(scene)
+}

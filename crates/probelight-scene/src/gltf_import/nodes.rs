@@ -1,0 +1,166 @@
+//! The node tree, flattened to world space.
+
+use std::collections::HashMap;
+
+use gltf::Document;
+use probelight_math::glam::{Mat3, Mat4, Vec2, Vec3};
+
+use super::lights::{camera_at_node, light_at_node};
+use super::materials::Materials;
+use super::primitives::{MAX_ELEMENTS, Primitive, import_primitive};
+use super::resources::Resources;
+use super::tangents::arbitrary_tangent;
+use super::{Reason, Warnings};
+use crate::Scene;
+
+/// Visits the default scene's nodes, or all root nodes if there is no scene, and collects world-space
+/// triangles, lights and cameras in the order of the tree.
+pub(super) fn flatten(
+    document: &Document,
+    resources: &Resources<'_>,
+    materials: &Materials,
+    warnings: &mut Warnings,
+) -> Result<Scene, Reason> {
+    let mut flattener =
+        Flattener { resources, materials, warnings, scene: Scene::default(), meshes: HashMap::new() };
+    let mut visited = vec![false; document.nodes().len()];
+    // An explicit stack: files may nest deeper than the program's own.
+    let mut stack: Vec<_> = root_nodes(document).into_iter().map(|node| (node, Mat4::IDENTITY)).collect();
+    stack.reverse();
+    while let Some((node, world_from_parent)) = stack.pop() {
+        if std::mem::replace(&mut visited[node.index()], true) {
+            return Err(format!("nodes[{}] has two parents or is its own ancestor", node.index()));
+        }
+        let world_from_node = world_from_parent * Mat4::from_cols_array_2d(&node.transform().matrix());
+        if !world_from_node.is_finite() {
+            return Err(format!("the transform of nodes[{}] is not finite", node.index()));
+        }
+        flattener.add_node(&node, world_from_node)?;
+        let children: Vec<_> = node.children().collect();
+        stack.extend(children.into_iter().rev().map(|child| (child, world_from_node)));
+    }
+    Ok(flattener.finish())
+}
+
+fn root_nodes(document: &Document) -> Vec<gltf::Node<'_>> {
+    if let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) {
+        return scene.nodes().collect();
+    }
+    let mut is_child = vec![false; document.nodes().len()];
+    for child in document.nodes().flat_map(|node| node.children()) {
+        is_child[child.index()] = true;
+    }
+    document.nodes().filter(|node| !is_child[node.index()]).collect()
+}
+
+struct Flattener<'a> {
+    resources: &'a Resources<'a>,
+    materials: &'a Materials,
+    warnings: &'a mut Warnings,
+    scene: Scene,
+    /// Each mesh is read once, however many nodes show it.
+    meshes: HashMap<usize, Vec<Primitive>>,
+}
+
+impl Flattener<'_> {
+    fn add_node(&mut self, node: &gltf::Node<'_>, world_from_node: Mat4) -> Result<(), Reason> {
+        if let Some(light) = node.light() {
+            self.scene.lights.extend(light_at_node(&light, world_from_node, self.warnings));
+        }
+        if let Some(camera) = node.camera() {
+            let fallback = format!("camera {}", camera.index());
+            let name = camera.name().or(node.name()).unwrap_or(&fallback);
+            self.scene.cameras.extend(camera_at_node(&camera, name, world_from_node, self.warnings));
+        }
+        let Some(mesh) = node.mesh() else { return Ok(()) };
+        if node.skin().is_some() {
+            self.warnings.add("skinned meshes, left in their bind pose", 1);
+        }
+        if !self.meshes.contains_key(&mesh.index()) {
+            let primitives = self.import_mesh(&mesh)?;
+            self.meshes.insert(mesh.index(), primitives);
+        }
+        for primitive in &self.meshes[&mesh.index()] {
+            let vertices = self.scene.positions.len() + primitive.positions.len();
+            let triangles = self.scene.triangles.len() + primitive.triangles.len();
+            if vertices.max(triangles) > MAX_ELEMENTS {
+                return Err(format!(
+                    "with all instances it has more than {MAX_ELEMENTS} vertices or triangles"
+                ));
+            }
+            append_instance(&mut self.scene, primitive, world_from_node, self.warnings)
+                .map_err(|reason| format!("nodes[{}]: {reason}", node.index()))?;
+        }
+        Ok(())
+    }
+
+    fn import_mesh(&mut self, mesh: &gltf::Mesh<'_>) -> Result<Vec<Primitive>, Reason> {
+        let mut primitives = Vec::new();
+        for source in mesh.primitives() {
+            let primitive = import_primitive(&source, self.resources, self.materials, self.warnings)
+                .map_err(|reason| {
+                    format!("meshes[{}].primitives[{}]: {reason}", mesh.index(), source.index())
+                })?;
+            primitives.extend(primitive);
+        }
+        Ok(primitives)
+    }
+
+    fn finish(self) -> Scene {
+        let mut scene = self.scene;
+        if !scene.uv1.is_empty() {
+            scene.uv1.resize(scene.positions.len(), Vec2::ZERO);
+        }
+        scene
+    }
+}
+
+/// Appends a primitive in world space. Under a mirroring transform triangles are wound the other way round, so
+/// that their front face stays the front face.
+fn append_instance(
+    scene: &mut Scene,
+    primitive: &Primitive,
+    world_from_mesh: Mat4,
+    warnings: &mut Warnings,
+) -> Result<(), Reason> {
+    let linear = Mat3::from_mat4(world_from_mesh);
+    let mirror = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
+    // The inverse transpose up to a positive factor, and defined for flattening transforms too.
+    let normal_matrix = Mat3::from_cols(
+        linear.y_axis.cross(linear.z_axis),
+        linear.z_axis.cross(linear.x_axis),
+        linear.x_axis.cross(linear.y_axis),
+    ) * mirror;
+
+    let first = scene.positions.len() as u32;
+    scene.positions.extend(primitive.positions.iter().map(|p| world_from_mesh.transform_point3(*p)));
+    if scene.positions[first as usize..].iter().any(|position| !position.is_finite()) {
+        return Err("its transform moves a vertex out of the range of numbers".into());
+    }
+    let normals = primitive.normals.iter().map(|n| (normal_matrix * *n).normalize_or(Vec3::Y));
+    scene.normals.extend(normals);
+    for (tangent, normal) in primitive.tangents.iter().zip(&scene.normals[first as usize..]) {
+        let direction = (linear * tangent.truncate()).reject_from_normalized(*normal).try_normalize();
+        let sign = if tangent.w < 0.0 { -mirror } else { mirror };
+        scene.tangents.push(direction.map_or(arbitrary_tangent(*normal), |t| t.extend(sign)));
+    }
+    scene.uv0.extend(&primitive.uv0);
+    if !primitive.uv1.is_empty() {
+        scene.uv1.resize(first as usize, Vec2::ZERO);
+        scene.uv1.extend(&primitive.uv1);
+    }
+
+    let mut without_area = 0;
+    for [a, b, c] in &primitive.triangles {
+        let corners = if mirror < 0.0 { [a, c, b] } else { [a, b, c] };
+        scene.triangles.push(corners.map(|v| first + v));
+        if scene.area(scene.triangles.len() - 1) > 0.0 {
+            scene.triangle_material.push(primitive.material);
+        } else {
+            scene.triangles.pop();
+            without_area += 1;
+        }
+    }
+    warnings.add("triangles without area, left out", without_area);
+    Ok(())
+}

@@ -1,0 +1,105 @@
+//! The bytes a document refers to: buffers, buffer views, external files and data URIs.
+
+use std::borrow::Cow;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use base64::Engine;
+use base64::engine::DecodePaddingMode;
+use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
+use gltf::Document;
+
+use super::Reason;
+
+/// Accepts data URIs with and without padding.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &base64::alphabet::STANDARD,
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
+
+/// Reads a regular file. Devices and pipes, which may never end, are refused.
+pub(super) fn read_file(path: &Path) -> io::Result<Vec<u8>> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
+    }
+    std::fs::read(path)
+}
+
+/// All buffers of a document, and the folder that relative URIs start from.
+pub(super) struct Resources<'a> {
+    buffers: Vec<Cow<'a, [u8]>>,
+    folder: PathBuf,
+}
+
+impl<'a> Resources<'a> {
+    /// Reads all buffers; `binary` is the binary chunk of a `.glb`.
+    pub(super) fn load(document: &Document, binary: Option<&'a [u8]>, folder: &Path) -> Result<Self, Reason> {
+        let mut resources = Self { buffers: Vec::new(), folder: folder.into() };
+        for buffer in document.buffers() {
+            let index = buffer.index();
+            let bytes = match buffer.source() {
+                gltf::buffer::Source::Bin => {
+                    let chunk = binary.filter(|_| index == 0);
+                    Cow::Borrowed(chunk.ok_or_else(|| {
+                        format!("buffers[{index}] has no uri, and the file no binary chunk for it")
+                    })?)
+                }
+                gltf::buffer::Source::Uri(uri) => {
+                    Cow::Owned(resources.read_uri(uri).map_err(|e| format!("buffers[{index}]: {e}"))?)
+                }
+            };
+            if bytes.len() < buffer.length() {
+                let (held, claimed) = (bytes.len(), buffer.length());
+                return Err(format!("buffers[{index}] holds {held} of the {claimed} bytes it claims"));
+            }
+            resources.buffers.push(bytes);
+        }
+        Ok(resources)
+    }
+
+    /// The bytes of a buffer view.
+    pub(super) fn view(&self, view: &gltf::buffer::View<'_>) -> Result<&[u8], Reason> {
+        let buffer = &self.buffers[view.buffer().index()];
+        let end = view.offset().checked_add(view.length());
+        end.and_then(|end| buffer.get(view.offset()..end)).ok_or_else(|| {
+            format!("bufferViews[{}] reaches beyond its buffer of {} bytes", view.index(), buffer.len())
+        })
+    }
+
+    /// The bytes behind a URI: base64 data, or a file relative to the document.
+    pub(super) fn read_uri(&self, uri: &str) -> Result<Vec<u8>, Reason> {
+        if let Some(data) = uri.strip_prefix("data:") {
+            let (_, encoded) = data
+                .split_once(";base64,")
+                .ok_or("its data URI is not base64; only \"data:…;base64,…\" can be read")?;
+            return BASE64
+                .decode(encoded)
+                .map_err(|error| format!("its data URI is not valid base64 ({error})"));
+        }
+        if uri.contains(':') {
+            return Err(format!("\"{uri}\" is not a relative path; download it beside the scene"));
+        }
+        let path = self.folder.join(decode_percent(uri)?);
+        read_file(&path).map_err(|error| format!("cannot read {} ({error})", path.display()))
+    }
+}
+
+/// Replaces each `%XX` by the byte it stands for.
+fn decode_percent(uri: &str) -> Result<String, Reason> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let Some((&first, tail)) = rest.split_first() {
+        let code = tail.get(..2).filter(|_| first == b'%').and_then(|code| std::str::from_utf8(code).ok());
+        match code.and_then(|code| u8::from_str_radix(code, 16).ok()) {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &tail[2..];
+            }
+            None => {
+                bytes.push(first);
+                rest = tail;
+            }
+        }
+    }
+    String::from_utf8(bytes).map_err(|_| format!("\"{uri}\" is not a valid path"))
+}

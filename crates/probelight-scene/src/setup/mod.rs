@@ -1,0 +1,71 @@
+//! Setup files: the lights, sky and cameras of one picture of a scene, as JSON.
+
+mod fields;
+mod framing;
+mod parse;
+
+use std::path::Path;
+
+use crate::{Bounds, Camera, Lighting, SceneError};
+
+/// Lights and cameras for one scene.
+#[derive(Clone, Debug, Default)]
+pub struct Setup {
+    /// What the setup is called.
+    pub name: String,
+    /// File name of the scene it was written for.
+    pub scene: String,
+    /// Lights, sky and emissive switch.
+    pub lighting: Lighting,
+    /// Cameras, in file order.
+    pub cameras: Vec<Camera>,
+    /// The region in which reference points were sampled, if not the whole scene.
+    pub eval_bounds: Option<Bounds>,
+}
+
+impl Setup {
+    /// Reads a setup file. Every field is checked, and unknown ones are refused.
+    ///
+    /// ```json
+    /// { "version": 1, "name": "evening", "scene": "room.glb", "use_emissive": true, "emissive_scale": 1.0,
+    ///   "lights": [
+    ///     {"type": "point", "position": [0, 2, 0], "intensity": [9, 8, 7]},
+    ///     {"type": "spot", "position": [0, 2, 0], "direction": [0, -1, 0], "intensity": [9, 8, 7],
+    ///      "inner_deg": 15, "outer_deg": 25},
+    ///     {"type": "directional", "direction": [1, -2, 0], "irradiance": [9, 8, 7]},
+    ///     {"type": "sky", "radiance": [1, 1, 1]} ],
+    ///   "cameras": [
+    ///     {"name": "front", "position": [0, 1, 5], "target": [0, 1, 0], "up": [0, 1, 0],
+    ///      "vfov_deg": 40, "width": 640, "height": 480} ],
+    ///   "eval_bounds": [[-1, 0, -1], [1, 2, 1]] }
+    /// ```
+    ///
+    /// Intensities are in W/sr, irradiance in W/m², radiance in W·m⁻²·sr⁻¹; spot angles are half angles.
+    /// A directional light's `direction` is the way its light travels. Instead of `radiance` a sky may have
+    /// `zenith`, `horizon` and `ground`. `emissive_scale` and `eval_bounds` may be left out.
+    ///
+    /// # Errors
+    /// [`SceneError::Read`] if the file cannot be read; [`SceneError::Setup`], with the path of the field
+    /// and what is allowed there, if it breaks these rules.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        let text =
+            std::fs::read_to_string(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+        parse::parse(&text).map_err(|reason| SceneError::Setup { path: path.into(), reason })
+    }
+
+    /// The camera of this name, or the first one.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`], with the names there are.
+    pub fn camera(&self, name: Option<&str>) -> Result<&Camera, SceneError> {
+        let found = match name {
+            Some(name) => self.cameras.iter().find(|camera| camera.name == name),
+            None => self.cameras.first(),
+        };
+        found.ok_or_else(|| SceneError::Camera {
+            setup: self.name.clone(),
+            name: name.map(Into::into),
+            available: self.cameras.iter().map(|camera| camera.name.clone()).collect(),
+        })
+    }
+}

@@ -1,0 +1,161 @@
+//! The setup format, version 1.
+
+use probelight_math::glam::Vec3;
+use serde_json::Value;
+
+use super::Setup;
+use super::fields::{Field, Object};
+use crate::{Bounds, Camera, Light, Lighting, Sky};
+
+/// Largest image side of a camera, pixels.
+const MAX_IMAGE_SIDE: u32 = 16_384;
+
+/// Reads a setup from its JSON text.
+pub(super) fn parse(text: &str) -> Result<Setup, String> {
+    let document: Value = serde_json::from_str(text).map_err(|error| format!("it is not JSON ({error})"))?;
+    let root = Field::root(&document).object()?;
+    root.allow_only(&[
+        "version",
+        "name",
+        "scene",
+        "use_emissive",
+        "emissive_scale",
+        "lights",
+        "cameras",
+        "eval_bounds",
+    ])?;
+    root.required("version")?.number_within(1.0, 1.0)?;
+    Ok(Setup {
+        name: root.required("name")?.text()?.into(),
+        scene: root.required("scene")?.text()?.into(),
+        lighting: lighting(&root)?,
+        cameras: cameras(&root.required("cameras")?)?,
+        eval_bounds: root.optional("eval_bounds").map(|field| bounds(&field)).transpose()?,
+    })
+}
+
+fn lighting(root: &Object<'_>) -> Result<Lighting, String> {
+    let scale = match root.optional("emissive_scale") {
+        Some(field) => field.number_within(0.0, f32::MAX)?,
+        None => 1.0,
+    };
+    let use_emissive = root.required("use_emissive")?.boolean()?;
+    let mut lighting =
+        Lighting { emissive_scale: if use_emissive { scale } else { 0.0 }, ..Lighting::default() };
+    let mut has_sky = false;
+    for field in root.required("lights")?.array()? {
+        match light_or_sky(&field)? {
+            LightOrSky::Light(light) => lighting.lights.push(light),
+            LightOrSky::Sky(_) if has_sky => return Err(field.error("there can be only one sky")),
+            LightOrSky::Sky(sky) => {
+                lighting.sky = sky;
+                has_sky = true;
+            }
+        }
+    }
+    Ok(lighting)
+}
+
+enum LightOrSky {
+    Light(Light),
+    Sky(Sky),
+}
+
+fn light_or_sky(field: &Field<'_>) -> Result<LightOrSky, String> {
+    let light = field.object()?;
+    let kind = light.required("type")?;
+    let parsed = match kind.text()? {
+        "point" => LightOrSky::Light(point_light(&light)?),
+        "spot" => LightOrSky::Light(spot_light(&light)?),
+        "directional" => LightOrSky::Light(directional_light(&light)?),
+        "sky" => LightOrSky::Sky(sky(&light)?),
+        other => {
+            let reason = format!("\"{other}\" is no type of light; allowed: point, spot, directional, sky");
+            return Err(kind.error(reason));
+        }
+    };
+    Ok(parsed)
+}
+
+fn point_light(light: &Object<'_>) -> Result<Light, String> {
+    light.allow_only(&["type", "position", "intensity"])?;
+    let position = light.required("position")?.vector()?;
+    Ok(Light::Point { position, intensity: light.required("intensity")?.color()? })
+}
+
+fn spot_light(light: &Object<'_>) -> Result<Light, String> {
+    light.allow_only(&["type", "position", "direction", "intensity", "inner_deg", "outer_deg"])?;
+    let outer_degrees = light.required("outer_deg")?.number_within(0.0, 180.0)?;
+    let inner_degrees = light.required("inner_deg")?.number_within(0.0, outer_degrees)?;
+    Ok(Light::Spot {
+        position: light.required("position")?.vector()?,
+        direction: light.required("direction")?.direction()?,
+        intensity: light.required("intensity")?.color()?,
+        inner_angle: inner_degrees.to_radians(),
+        outer_angle: outer_degrees.to_radians(),
+    })
+}
+
+fn directional_light(light: &Object<'_>) -> Result<Light, String> {
+    light.allow_only(&["type", "direction", "irradiance"])?;
+    let direction = light.required("direction")?.direction()?;
+    Ok(Light::Directional { direction, irradiance: light.required("irradiance")?.color()? })
+}
+
+fn sky(light: &Object<'_>) -> Result<Sky, String> {
+    if light.has("radiance") {
+        light.allow_only(&["type", "radiance"])?;
+        return Ok(Sky::Uniform(light.required("radiance")?.color()?));
+    }
+    light.allow_only(&["type", "radiance", "zenith", "horizon", "ground"])?;
+    if !["zenith", "horizon", "ground"].iter().any(|name| light.has(name)) {
+        return Err(light.error("a sky needs either radiance, or zenith, horizon and ground"));
+    }
+    Ok(Sky::Gradient {
+        zenith: light.required("zenith")?.color()?,
+        horizon: light.required("horizon")?.color()?,
+        ground: light.required("ground")?.color()?,
+    })
+}
+
+fn cameras(field: &Field<'_>) -> Result<Vec<Camera>, String> {
+    let mut cameras: Vec<Camera> = Vec::new();
+    for field in field.array()? {
+        let camera = camera(&field)?;
+        if cameras.iter().any(|other| other.name == camera.name) {
+            return Err(field.error(format!("there is already a camera \"{}\"", camera.name)));
+        }
+        cameras.push(camera);
+    }
+    Ok(cameras)
+}
+
+fn camera(field: &Field<'_>) -> Result<Camera, String> {
+    let members = field.object()?;
+    members.allow_only(&["name", "position", "target", "up", "vfov_deg", "width", "height"])?;
+    let camera = Camera {
+        name: members.required("name")?.text()?.into(),
+        position: members.required("position")?.vector()?,
+        target: members.required("target")?.vector()?,
+        up: members.required("up")?.direction()?,
+        vertical_fov: members.required("vfov_deg")?.number_within(0.01, 179.0)?.to_radians(),
+        width: members.required("width")?.count(MAX_IMAGE_SIDE)?,
+        height: members.required("height")?.count(MAX_IMAGE_SIDE)?,
+    };
+    let Some(forward) = (camera.target - camera.position).try_normalize() else {
+        return Err(field.error("position and target are the same point"));
+    };
+    if forward.cross(camera.up).length() < 1e-4 {
+        return Err(field.error("up is parallel to the view direction"));
+    }
+    Ok(camera)
+}
+
+fn bounds(field: &Field<'_>) -> Result<Bounds, String> {
+    let corners = field.array()?.iter().map(Field::vector).collect::<Result<Vec<Vec3>, _>>()?;
+    match corners[..] {
+        [min, max] if min.cmple(max).all() => Ok(Bounds { min, max }),
+        [_, _] => Err(field.error("the first corner must not exceed the second")),
+        _ => Err(field.error("two corners expected, the smallest and the largest")),
+    }
+}
