@@ -3,8 +3,6 @@
 //! The unwrapper (`uvunwrap`) guarantees charts that neither overlap nor flip and lie at least two texels
 //! apart, so that a bilinear lookup in one chart never touches a texel of another.
 
-use std::collections::HashMap;
-
 use probelight_asset::{LightmapFace, NONE};
 use probelight_math::glam::Vec2;
 use probelight_scene::Scene;
@@ -128,22 +126,4 @@ fn generate(
         return Ok(single);
     }
     unwrap(Some(MAX_PAGE_SIZE))
-}
-
-/// Chart areas cannot be told from their texels alone once charts share an image: this maps each chart to
-/// its faces.
-pub(crate) fn faces_by_chart(atlas: &Atlas) -> Vec<Vec<u32>> {
-    let mut index = HashMap::new();
-    let mut charts: Vec<Vec<u32>> = Vec::new();
-    for (face, chart) in atlas.face_charts.iter().enumerate() {
-        if *chart == NONE {
-            continue;
-        }
-        let slot = *index.entry(*chart).or_insert_with(|| {
-            charts.push(Vec::new());
-            charts.len() - 1
-        });
-        charts[slot].push(face as u32);
-    }
-    charts
 }
