@@ -1,7 +1,11 @@
 //! Rays against a scene: BVH traversal, visibility, and the reference path tracer.
 
+mod direct_light;
+mod path_tracer;
 mod progress;
 mod tracer;
 
-pub use progress::{Progress, Silent};
+pub use direct_light::{direct_irradiance, shadow_ray};
+pub use path_tracer::{PathTracer, PointIrradiance};
+pub use progress::{Cancelled, Progress, Silent};
 pub use tracer::{Hit, Ray, Tracer};

@@ -22,3 +22,8 @@ impl Progress for Silent {
 
     fn advance(&self, _steps: u64) {}
 }
+
+/// The work was stopped because [`Progress::is_cancelled`] asked for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;
