@@ -1,0 +1,4 @@
+//! Tests of the whole file.
+
+mod fixture;
+mod round_trip;
