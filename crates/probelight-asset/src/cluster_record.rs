@@ -25,6 +25,8 @@ pub(crate) struct ClusterRecord {
     reserved: u32,
 }
 
+const _: () = assert!(size_of::<ClusterRecord>() == 72, "the file format says so");
+
 impl From<&Cluster> for ClusterRecord {
     fn from(cluster: &Cluster) -> Self {
         Self {
