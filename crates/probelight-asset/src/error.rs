@@ -1,6 +1,6 @@
 //! Why a baked file was refused.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Why a baked file could not be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -23,4 +23,40 @@ pub enum AssetError {
         /// What is wrong and what to do.
         reason: String,
     },
+    /// A baked scene in memory contradicts itself, see [`crate::BakedScene::validate`].
+    #[error("the baked scene cannot be used: {reason}")]
+    Invalid {
+        /// What is wrong and where.
+        reason: String,
+    },
+}
+
+/// What stops the decoding of a file whose path is the caller's business.
+#[derive(Debug)]
+pub(crate) enum DecodeError {
+    /// The bytes could not be had.
+    Io(std::io::Error),
+    /// The bytes are wrong; says what is wrong and what to do.
+    Format(String),
+}
+
+impl DecodeError {
+    /// A [`DecodeError::Format`].
+    pub(crate) fn format(reason: impl Into<String>) -> Self {
+        Self::Format(reason.into())
+    }
+
+    /// Adds the path.
+    pub(crate) fn at(self, path: &Path) -> AssetError {
+        match self {
+            Self::Io(source) => AssetError::Io { action: "read", path: path.into(), source },
+            Self::Format(reason) => AssetError::Format { path: path.into(), reason },
+        }
+    }
+}
+
+impl From<std::io::Error> for DecodeError {
+    fn from(source: std::io::Error) -> Self {
+        Self::Io(source)
+    }
 }

@@ -1,9 +1,10 @@
 //! Pinhole cameras.
 
 use probelight_math::glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// A pinhole camera with square pixels, in world space.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// What the camera is called in its file.
     pub name: String,

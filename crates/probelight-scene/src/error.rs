@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use serde::{Deserialize, Serialize};
+
 /// Why a scene or setup file was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
@@ -60,7 +62,7 @@ fn list_of_cameras(available: &[String]) -> String {
 }
 
 /// Something harmless that was repaired or left out while reading a scene, with how often it occurred.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Warning {
     /// What was found and what was done about it, in the plural ("triangles without area, left out").
     pub message: String,

@@ -1,9 +1,10 @@
 //! Light sources: analytic lights, the sky, and how strongly emissive materials shine.
 
 use probelight_math::glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// An analytic light without size. Units are radiometric, per linear Rec. 709 channel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Light {
     /// Shines equally in all directions: E = I cosθ / d².
     Point {

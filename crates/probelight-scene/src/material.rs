@@ -2,9 +2,10 @@
 
 use probelight_math::color::linear_from_srgb;
 use probelight_math::glam::{Vec2, Vec3, Vec4};
+use serde::{Deserialize, Serialize};
 
 /// How a material's alpha is used.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum AlphaMode {
     /// Alpha is ignored.
     Opaque,
@@ -16,7 +17,7 @@ pub enum AlphaMode {
 }
 
 /// A texture as used by one slot of a material.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TextureSlot {
     /// Index into [`crate::Scene::textures`].
     pub texture: u32,
@@ -26,7 +27,7 @@ pub struct TextureSlot {
 
 /// A glTF 2.0 metallic-roughness material. Light transport uses base colour as the albedo of a two-sided
 /// Lambertian surface, alpha mask and emission; the rest is for renderers.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Name in the file, or empty.
     pub name: String,

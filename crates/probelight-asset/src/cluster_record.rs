@@ -1,0 +1,64 @@
+//! A cluster as it lies in the file.
+
+use bytemuck::{Pod, Zeroable};
+use probelight_math::glam::Vec3;
+use probelight_scene::Bounds;
+
+use crate::Cluster;
+
+/// [`Cluster`] without implicit padding: 72 bytes, aligned to 8.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct ClusterRecord {
+    bounds_min: Vec3,
+    bounds_max: Vec3,
+    first_receiver: u32,
+    receiver_count: u32,
+    first_probe: u32,
+    probe_count: u32,
+    rank: u32,
+    row_scale_offset: u32,
+    receiver_basis_offset: u64,
+    signal_basis_offset: u64,
+    error: f32,
+    /// Zero.
+    reserved: u32,
+}
+
+const _: () = assert!(size_of::<ClusterRecord>() == 72, "the file format says so");
+
+impl From<&Cluster> for ClusterRecord {
+    fn from(cluster: &Cluster) -> Self {
+        Self {
+            bounds_min: cluster.bounds.min,
+            bounds_max: cluster.bounds.max,
+            first_receiver: cluster.first_receiver,
+            receiver_count: cluster.receiver_count,
+            first_probe: cluster.first_probe,
+            probe_count: cluster.probe_count,
+            rank: cluster.rank,
+            row_scale_offset: cluster.row_scale_offset,
+            receiver_basis_offset: cluster.receiver_basis_offset,
+            signal_basis_offset: cluster.signal_basis_offset,
+            error: cluster.error,
+            reserved: 0,
+        }
+    }
+}
+
+impl From<&ClusterRecord> for Cluster {
+    fn from(record: &ClusterRecord) -> Self {
+        Self {
+            bounds: Bounds { min: record.bounds_min, max: record.bounds_max },
+            first_receiver: record.first_receiver,
+            receiver_count: record.receiver_count,
+            first_probe: record.first_probe,
+            probe_count: record.probe_count,
+            rank: record.rank,
+            receiver_basis_offset: record.receiver_basis_offset,
+            signal_basis_offset: record.signal_basis_offset,
+            row_scale_offset: record.row_scale_offset,
+            error: record.error,
+        }
+    }
+}

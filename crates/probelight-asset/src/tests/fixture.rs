@@ -1,0 +1,188 @@
+//! A small baked scene, written by hand, with something in every field.
+
+use half::f16;
+use probelight_math::glam::{Vec2, Vec3, Vec4};
+use probelight_scene::{AlphaMode, Bounds, Camera, Light, Material, Scene, Texture, TextureSlot, Warning};
+
+use crate::{
+    BakeReport, BakeSettings, BakedScene, Cluster, LightmapFace, LightmapLayout, NONE, Probe, RelightPoint,
+};
+
+/// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters, two probes.
+pub(super) fn baked_scene() -> BakedScene {
+    BakedScene {
+        scene: scene(),
+        scene_hash: u64::MAX - 12,
+        settings: settings(),
+        report: report(),
+        lightmap: lightmap(),
+        probes: vec![
+            Probe { position: Vec3::new(0.5, 0.25, 1.0 / 3.0), support_radius: 1.5 },
+            Probe { position: Vec3::new(-0.0, 2.0, 0.5), support_radius: 0.0 },
+        ],
+        relight_directions: vec![Vec3::Y, Vec3::NEG_Y, Vec3::new(0.6, 0.0, -0.8)],
+        relight_points: relight_points(),
+        clusters: clusters(),
+        cluster_probes: vec![1, 0, 1],
+        receiver_texels: vec![0, 2, 1, 7, 10],
+        receiver_basis: (0..8).map(|i| f16::from_f32(i as f32 / 3.0)).collect(),
+        signal_basis: (0..20).map(|i| f16::from_f32(1.0 - i as f32 / 7.0)).collect(),
+        row_scales: vec![1.0, 2.5, 1e-20],
+    }
+}
+
+fn scene() -> Scene {
+    Scene {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Z, Vec3::new(1.0, 0.1, 1.0)],
+        normals: vec![Vec3::Y; 4],
+        tangents: vec![Vec4::new(1.0, 0.0, 0.0, -1.0); 4],
+        uv0: vec![Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE],
+        uv1: vec![Vec2::new(0.1, 0.2); 4],
+        triangles: vec![[0, 2, 1], [1, 2, 3]],
+        triangle_material: vec![1, 0],
+        materials: vec![Material::default(), painted()],
+        textures: textures(),
+        lights: lights(),
+        cameras: vec![Camera {
+            name: "front".into(),
+            position: Vec3::new(0.1, 0.2, 0.3),
+            target: Vec3::ZERO,
+            up: Vec3::Y,
+            vertical_fov: 0.7,
+            width: 320,
+            height: 200,
+        }],
+        warnings: vec![Warning { message: "triangles without area, left out".into(), count: 3 }],
+    }
+}
+
+fn painted() -> Material {
+    let slot = |texture, tex_coord| Some(TextureSlot { texture, tex_coord });
+    Material {
+        name: "painted “wood”".into(),
+        base_color: Vec4::new(0.1, 0.2, 0.3, 0.4),
+        base_color_texture: slot(0, 1),
+        metallic: 0.25,
+        roughness: 0.75,
+        metallic_roughness_texture: slot(1, 0),
+        normal_texture: slot(1, 1),
+        normal_scale: -0.5,
+        occlusion_texture: slot(0, 0),
+        emission: Vec3::new(1e-7, 17.0, 1e9),
+        emissive_texture: slot(1, 0),
+        alpha_mode: AlphaMode::Mask { cutoff: 0.3 },
+        double_sided: true,
+    }
+}
+
+fn textures() -> Vec<Texture> {
+    let noise = (0..3 * 2 * 4u32).map(|i| (i * 37 % 251) as u8).collect();
+    vec![
+        Texture { name: "noise.png".into(), width: 3, height: 2, rgba8: noise },
+        Texture { name: String::new(), width: 1, height: 1, rgba8: vec![1, 2, 3, 0] },
+    ]
+}
+
+fn lights() -> Vec<Light> {
+    vec![
+        Light::Point { position: Vec3::ONE, intensity: Vec3::new(0.1, 0.7, 3.3) },
+        Light::Spot {
+            position: Vec3::Y,
+            direction: Vec3::NEG_Y,
+            intensity: Vec3::ONE,
+            inner_angle: 0.1,
+            outer_angle: 0.3,
+        },
+        Light::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::splat(3.0) },
+    ]
+}
+
+fn settings() -> BakeSettings {
+    BakeSettings {
+        texels_per_meter: 4.0,
+        probe_spacing: 1.1,
+        sh_degree: 1,
+        gather_rays: 256,
+        relight_rays: 3,
+        probes_per_cluster: 8,
+        receivers_per_cluster: 1024,
+        max_rank: 32,
+        max_cluster_error: 0.01,
+        seed: u64::MAX,
+    }
+}
+
+fn report() -> BakeReport {
+    BakeReport {
+        chart_texels: 8,
+        invalid_texels: 1,
+        approximated_fraction: 0.1 + 0.2,
+        uncovered_fraction: 1.0 / 3.0,
+        mean_cluster_error: 1e-300,
+        max_cluster_error: 5e-3,
+        warnings: vec!["a warning".into()],
+    }
+}
+
+fn lightmap() -> LightmapLayout {
+    let face = |x: f32, y: f32| LightmapFace {
+        corners: [Vec2::new(x, y), Vec2::new(x + 1.0, y), Vec2::new(x, y + 1.5)],
+    };
+    LightmapLayout {
+        width: 2,
+        height: 6,
+        pages: 2,
+        faces: vec![face(0.5, 0.5), face(0.5, 3.5), face(1.0, 4.0)],
+        back_faces: vec![2, NONE],
+        dilation: vec![[3, 2], [11, 10], [6, 7]],
+    }
+}
+
+fn relight_points() -> Vec<RelightPoint> {
+    let hit = RelightPoint {
+        position: Vec3::new(0.3, 0.0, 0.3),
+        triangle: 1,
+        texel: 10,
+        base_color_and_side: [255, 128, 7, 1],
+        emission_texel: [1, 2, 3, 0],
+    };
+    let sky = RelightPoint { triangle: NONE, texel: NONE, ..RelightPoint::default() };
+    vec![
+        sky,
+        hit,
+        RelightPoint { texel: NONE, ..hit },
+        RelightPoint { triangle: 0, texel: 0, ..hit },
+        sky,
+        hit,
+    ]
+}
+
+/// Degree 1 has four coefficients.
+fn clusters() -> Vec<Cluster> {
+    let bounds = Bounds { min: Vec3::ZERO, max: Vec3::ONE };
+    let first = Cluster {
+        bounds,
+        first_receiver: 0,
+        receiver_count: 3,
+        first_probe: 0,
+        probe_count: 2,
+        rank: 2,
+        receiver_basis_offset: 0,
+        signal_basis_offset: 0,
+        row_scale_offset: 0,
+        error: 0.004,
+    };
+    let second = Cluster {
+        bounds,
+        first_receiver: 3,
+        receiver_count: 2,
+        first_probe: 2,
+        probe_count: 1,
+        rank: 1,
+        receiver_basis_offset: 6,
+        signal_basis_offset: 16,
+        row_scale_offset: 2,
+        error: 0.0,
+    };
+    vec![first, second]
+}

@@ -1,0 +1,28 @@
+//! Tests of the whole file.
+
+mod corruption;
+mod cross_references;
+mod fixture;
+mod round_trip;
+
+use crate::BakedScene;
+use crate::error::DecodeError;
+
+fn encoded(baked: &BakedScene) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    baked.encode(&mut bytes).unwrap();
+    bytes
+}
+
+fn decoded(bytes: &[u8]) -> Result<BakedScene, DecodeError> {
+    BakedScene::decode(bytes, bytes.len() as u64)
+}
+
+/// Why `bytes` are refused.
+fn refusal(bytes: &[u8]) -> String {
+    match decoded(bytes) {
+        Ok(_) => panic!("a damaged file was accepted"),
+        Err(DecodeError::Io(error)) => panic!("the slice cannot be read: {error}"),
+        Err(DecodeError::Format(reason)) => reason,
+    }
+}

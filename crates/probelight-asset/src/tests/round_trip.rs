@@ -1,0 +1,136 @@
+//! What is written comes back.
+
+use half::f16;
+use probelight_math::glam::Vec3;
+use probelight_scene::{Bounds, Texture};
+use proptest::prelude::*;
+
+use super::fixture::baked_scene;
+use super::{decoded, encoded};
+use crate::{AssetError, BakedScene, Cluster, Probe, RelightPoint};
+
+#[test]
+fn every_field_survives() {
+    let baked = baked_scene();
+    baked.validate().unwrap();
+    let read = decoded(&encoded(&baked)).unwrap();
+    // `Debug` shows every field of every part, with all digits.
+    assert_eq!(format!("{read:#?}"), format!("{baked:#?}"));
+    assert_eq!(encoded(&read), encoded(&baked));
+}
+
+#[test]
+fn files_on_disk_come_back_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.plight");
+    let baked = baked_scene();
+    baked.write(&path).unwrap();
+    let read = BakedScene::read(&path).unwrap();
+    assert_eq!(format!("{read:?}"), format!("{baked:?}"));
+    assert_eq!(std::fs::read(&path).unwrap(), encoded(&baked));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn summary_agrees_with_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.plight");
+    let baked = baked_scene();
+    baked.write(&path).unwrap();
+    let info = BakedScene::read_info(&path).unwrap();
+    assert_eq!((info.triangles, info.receivers, info.probes, info.clusters), (2, 5, 2, 2));
+    assert_eq!((info.lightmap_width, info.lightmap_height, info.lightmap_pages), (2, 6, 2));
+    assert_eq!(
+        (info.scene_hash, &info.settings, &info.report),
+        (baked.scene_hash, &baked.settings, &baked.report)
+    );
+    assert_eq!(info.matrix_bytes_per_receiver, baked.matrix_bytes_per_receiver());
+    let last = info.sections.last().unwrap();
+    assert_eq!(last.offset + last.bytes, info.file_bytes);
+    assert!(info.sections.iter().all(|section| section.offset.is_multiple_of(64)));
+}
+
+#[test]
+fn an_unusable_scene_is_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut baked = baked_scene();
+    baked.row_scales[0] = f32::NAN;
+    let refused = baked.write(&folder.path().join("scene.plight"));
+    assert!(matches!(refused, Err(AssetError::Invalid { reason }) if reason.contains("row scale")));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn missing_folders_and_files_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("missing").join("scene.plight");
+    let messages = [
+        baked_scene().write(&path).unwrap_err().to_string(),
+        BakedScene::read(&path).unwrap_err().to_string(),
+        BakedScene::read_info(&path).unwrap_err().to_string(),
+    ];
+    assert!(messages[0].starts_with("cannot write") && messages[1].starts_with("cannot read"));
+    assert!(messages.iter().all(|message| message.contains("scene.plight")));
+}
+
+/// Replaces the fixture's clusters with ones of the given (receivers, probes, rank) on a wide enough map.
+fn with_clusters(sizes: &[(u32, u32, u32)], values: &[f32]) -> BakedScene {
+    let mut baked = baked_scene();
+    let value = |i: usize| values[i % values.len()];
+    baked.clusters.clear();
+    let (mut receivers, mut probes, mut rows, mut u, mut sv) = (0, 0, 0, 0, 0);
+    for (receiver_count, probe_count, rank) in sizes.iter().copied() {
+        baked.clusters.push(Cluster {
+            bounds: Bounds { min: Vec3::NEG_ONE, max: Vec3::splat(value(receivers as usize).abs()) },
+            first_receiver: receivers,
+            receiver_count,
+            first_probe: probes,
+            probe_count,
+            rank,
+            receiver_basis_offset: u,
+            signal_basis_offset: sv,
+            row_scale_offset: rows,
+            error: 0.5,
+        });
+        (receivers, probes, rows) = (receivers + receiver_count, probes + probe_count, rows + rank);
+        u += u64::from(rank * receiver_count);
+        sv += u64::from(rank * probe_count * 4);
+    }
+    (baked.lightmap.width, baked.lightmap.height) = (64, 64);
+    baked.lightmap.dilation.clear();
+    baked.receiver_texels = (0..receivers).rev().collect();
+    baked.cluster_probes = (0..probes).map(|p| p % 2).collect();
+    baked.receiver_basis = (0..u as usize).map(|i| f16::from_f32(value(i))).collect();
+    baked.signal_basis = (0..sv as usize).map(|i| f16::from_f32(value(i + 1))).collect();
+    baked.row_scales = (0..rows as usize).map(value).collect();
+    baked
+}
+
+proptest! {
+    #[test]
+    fn any_valid_scene_survives(
+        sizes in prop::collection::vec((0u32..40, 0u32..6, 0u32..9), 0..6),
+        values in prop::collection::vec(-6e4f32..6e4, 1..50),
+        (width, height) in (1u32..9, 1u32..9),
+        texels in prop::collection::vec(any::<u8>(), 256),
+        report in prop::array::uniform4(prop::num::f64::NORMAL),
+        probes in prop::collection::vec((prop::num::f32::NORMAL, 0f32..9.0), 2..5),
+    ) {
+        let mut baked = with_clusters(&sizes, &values);
+        let rgba8 = texels[..(width * height * 4) as usize].to_vec();
+        baked.scene.textures[1] = Texture { name: "random".into(), width, height, rgba8 };
+        baked.report.approximated_fraction = report[0];
+        baked.report.uncovered_fraction = report[1];
+        baked.report.mean_cluster_error = report[2];
+        baked.report.max_cluster_error = report[3];
+        baked.scene.materials[0].roughness = values[0] / 3.0;
+        baked.relight_points = vec![RelightPoint::default(); probes.len() * 3];
+        baked.probes = probes
+            .iter()
+            .map(|(x, support_radius)| Probe { position: Vec3::splat(*x), support_radius: *support_radius })
+            .collect();
+        let read = decoded(&encoded(&baked)).unwrap();
+        prop_assert_eq!(format!("{read:?}"), format!("{baked:?}"));
+        prop_assert_eq!(encoded(&read), encoded(&baked));
+    }
+}
