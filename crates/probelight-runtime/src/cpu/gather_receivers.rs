@@ -7,12 +7,14 @@ use probelight_math::glam::Vec3;
 use super::clusters_in_parallel::for_each_cluster;
 use super::half_float::{decode, padded};
 use super::texel_copies::TexelCopies;
-use super::{LANES, multiply_add};
+use super::{LANES, Lanes};
 use crate::IrradianceLightmap;
 
 /// Receivers computed together: their three channels' sums fill twelve AVX-512 registers, and two cache lines
 /// of each column of U are read in a row.
-const BLOCK: usize = 4 * LANES;
+const BLOCK: usize = VECTORS * LANES;
+
+const VECTORS: usize = 4;
 
 /// Irradiance of the receivers, W/m².
 #[derive(Clone, Debug)]
@@ -63,15 +65,15 @@ fn gather_cluster(basis: &[f16], b: &[[f32; 3]], receivers: &mut [Vec3]) {
     let rows = receivers.len();
     let whole_blocks = rows - rows % BLOCK;
     for first in (0..whole_blocks).step_by(BLOCK) {
-        gather_block::<BLOCK>(basis, b, rows, first, &mut receivers[first..first + BLOCK]);
+        gather_block::<VECTORS>(basis, b, rows, first, &mut receivers[first..first + BLOCK]);
     }
     for first in (whole_blocks..rows).step_by(LANES) {
-        gather_block::<LANES>(basis, b, rows, first, &mut receivers[first..rows.min(first + LANES)]);
+        gather_block::<1>(basis, b, rows, first, &mut receivers[first..rows.min(first + LANES)]);
     }
 }
 
-/// E of up to `N` receivers from row `first` on.
-#[inline]
+/// E of up to `N` vectors of receivers from row `first` on.
+#[inline(always)]
 fn gather_block<const N: usize>(
     basis: &[f16],
     b: &[[f32; 3]],
@@ -79,16 +81,21 @@ fn gather_block<const N: usize>(
     first: usize,
     receivers: &mut [Vec3],
 ) {
-    let mut sums = [[0f32; N]; 3];
+    let mut sums = [[Lanes::ZERO; 3]; N];
     for (column, b) in basis.chunks_exact(rows).zip(b) {
-        let u = decode(&padded::<N>(&column[first..first + receivers.len()]));
-        for (sums, b) in sums.iter_mut().zip(b) {
-            for (sum, u) in sums.iter_mut().zip(&u) {
-                *sum = multiply_add(*u, *b, *sum);
+        let b = b.map(Lanes::splat);
+        let column = &column[first..first + receivers.len()];
+        for (vector, sums) in sums.iter_mut().enumerate() {
+            let u = decode(&padded(&column[vector * LANES..]));
+            for (sum, b) in sums.iter_mut().zip(b) {
+                *sum = u.mul_add(b, *sum);
             }
         }
     }
-    for (i, receiver) in receivers.iter_mut().enumerate() {
-        *receiver = Vec3::new(sums[0][i], sums[1][i], sums[2][i]);
+    for (receivers, sums) in receivers.chunks_mut(LANES).zip(sums) {
+        let [red, green, blue] = sums.map(Lanes::to_array);
+        for (i, receiver) in receivers.iter_mut().enumerate() {
+            *receiver = Vec3::new(red[i], green[i], blue[i]);
+        }
     }
 }

@@ -18,12 +18,16 @@ pub use light_relight_points::{RelightRadiance, SurfaceColors};
 pub use project_clusters::ClusterCoefficients;
 pub use relight_probes::ProbeRadiance;
 
-/// Values computed together, so that the compiler fills vector registers with them: one AVX-512 register,
-/// two of AVX, four of NEON.
+/// Values computed together: one AVX-512 register, two of AVX, four of NEON.
+type Lanes = wide::f32x16;
+
+/// Number of values in [`Lanes`].
 const LANES: usize = 16;
 
-/// `a·b + c`, in one operation where the target has it (elsewhere the fused form would be a library call).
+/// The first [`LANES`] values of a slice.
 #[inline(always)]
-fn multiply_add(a: f32, b: f32, c: f32) -> f32 {
-    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) { a.mul_add(b, c) } else { a * b + c }
+fn load(values: &[f32]) -> Lanes {
+    let mut lanes = [0.0; LANES];
+    lanes.copy_from_slice(&values[..LANES]);
+    Lanes::new(lanes)
 }

@@ -7,7 +7,7 @@ use probelight_asset::{BakedScene, Cluster};
 
 use super::clusters_in_parallel::for_each_cluster;
 use super::half_float::{decode, padded};
-use super::{LANES, ProbeRadiance, multiply_add};
+use super::{LANES, Lanes, ProbeRadiance, load};
 
 /// Rows of ΣVᵀ multiplied together, so that each signal is loaded once for all of them. Their three channels'
 /// sums fill twelve vector registers.
@@ -113,52 +113,25 @@ fn project_cluster(baked: &BakedScene, cluster: &Cluster, signals: &Signals, b: 
 /// Products of `R` rows with the three channels.
 #[inline(always)]
 fn multiply_rows<const R: usize>(rows: [&[f16]; R], signals: [&[f32]; 3]) -> [[f32; 3]; R] {
-    let mut sums = [[[0f32; LANES]; 3]; R];
+    let mut sums = [[Lanes::ZERO; 3]; R];
     let columns = rows[0].len();
     let whole = columns - columns % LANES;
     for at in (0..whole).step_by(LANES) {
-        accumulate(
-            &mut sums,
-            rows.map(|row| padded(&row[at..at + LANES])),
-            signals.map(|s| &s[at..at + LANES]),
-        );
+        accumulate(&mut sums, rows.map(|row| padded(&row[at..at + LANES])), signals.map(|s| load(&s[at..])));
     }
     if whole < columns {
-        accumulate(
-            &mut sums,
-            rows.map(|row| padded(&row[whole..])),
-            signals.map(|s| &s[whole..whole + LANES]),
-        );
+        accumulate(&mut sums, rows.map(|row| padded(&row[whole..])), signals.map(|s| load(&s[whole..])));
     }
-    sums.map(|row| row.map(sum_lanes))
+    sums.map(|row| row.map(Lanes::reduce_add))
 }
 
 /// Adds one vector's products to the sums.
 #[inline(always)]
-fn accumulate<const R: usize>(
-    sums: &mut [[[f32; LANES]; 3]; R],
-    rows: [[f16; LANES]; R],
-    signals: [&[f32]; 3],
-) {
+fn accumulate<const R: usize>(sums: &mut [[Lanes; 3]; R], rows: [[f16; LANES]; R], signals: [Lanes; 3]) {
     for (sums, row) in sums.iter_mut().zip(&rows) {
         let row = decode(row);
-        for (sums, signal) in sums.iter_mut().zip(&signals) {
-            for ((sum, value), signal) in sums.iter_mut().zip(&row).zip(*signal) {
-                *sum = multiply_add(*value, *signal, *sum);
-            }
+        for (sum, signal) in sums.iter_mut().zip(signals) {
+            *sum = row.mul_add(signal, *sum);
         }
     }
-}
-
-/// Sum of all lanes, by halves.
-#[inline(always)]
-fn sum_lanes(mut lanes: [f32; LANES]) -> f32 {
-    let mut half = LANES / 2;
-    while half > 0 {
-        for i in 0..half {
-            lanes[i] += lanes[i + half];
-        }
-        half /= 2;
-    }
-    lanes[0]
 }

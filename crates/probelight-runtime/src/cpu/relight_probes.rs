@@ -19,7 +19,7 @@ use probelight_math::glam::Vec3;
 use probelight_math::sh::Basis;
 use rayon::prelude::*;
 
-use super::{LANES, multiply_add};
+use super::{LANES, Lanes};
 
 /// Probes multiplied together: their 24 sums of one panel, one value of the panel and one of radiance fill the
 /// 32 registers of AVX-512.
@@ -33,7 +33,7 @@ pub struct ProbeRadiance {
     /// Coefficients between the starts of two channels.
     stride: usize,
     /// Weighted basis values: panel by panel, ray by ray.
-    table: Vec<[f32; LANES]>,
+    table: Vec<Lanes>,
     /// Probe by probe, channel by channel, with [`LANES`] values of padding at the end.
     values: Vec<f32>,
 }
@@ -57,6 +57,7 @@ impl ProbeRadiance {
         }
         let stride = panels * LANES;
         let values = vec![0.0; baked.probes.len() * 3 * stride + LANES];
+        let table = table.into_iter().map(Lanes::new).collect();
         Self { rays, coefficients, stride, table, values }
     }
 
@@ -96,7 +97,7 @@ impl ProbeRadiance {
 
 /// Coefficients of `P` probes.
 #[inline(always)]
-fn project<const P: usize>(table: &[[f32; LANES]], rays: usize, radiance: &[Vec3], values: &mut [f32]) {
+fn project<const P: usize>(table: &[Lanes], rays: usize, radiance: &[Vec3], values: &mut [f32]) {
     let stride = table.len() / rays * LANES;
     let probes: [&[Vec3]; P] = std::array::from_fn(|probe| &radiance[probe * rays..][..rays]);
     for (panel_index, panel) in table.chunks_exact(rays).enumerate() {
@@ -104,7 +105,7 @@ fn project<const P: usize>(table: &[[f32; LANES]], rays: usize, radiance: &[Vec3
         for (probe, sums) in sums.iter().enumerate() {
             for (channel, sums) in sums.iter().enumerate() {
                 let at = (probe * 3 + channel) * stride + panel_index * LANES;
-                values[at..at + LANES].copy_from_slice(sums);
+                values[at..at + LANES].copy_from_slice(&sums.to_array());
             }
         }
     }
@@ -112,15 +113,14 @@ fn project<const P: usize>(table: &[[f32; LANES]], rays: usize, radiance: &[Vec3
 
 /// Product of `P` probes' radiance with one panel, for each channel.
 #[inline(always)]
-fn multiply_panel<const P: usize>(panel: &[[f32; LANES]], probes: [&[Vec3]; P]) -> [[[f32; LANES]; 3]; P] {
-    let mut sums = [[[0f32; LANES]; 3]; P];
+fn multiply_panel<const P: usize>(panel: &[Lanes], probes: [&[Vec3]; P]) -> [[Lanes; 3]; P] {
+    let mut sums = [[Lanes::ZERO; 3]; P];
     for (ray, basis) in panel.iter().enumerate() {
-        for (sums, radiance) in sums.iter_mut().zip(&probes) {
-            for (sums, channel) in sums.iter_mut().zip(radiance[ray].to_array()) {
-                for (sum, basis) in sums.iter_mut().zip(basis) {
-                    *sum = multiply_add(*basis, channel, *sum);
-                }
-            }
+        for probe in 0..P {
+            let radiance = probes[probe][ray];
+            sums[probe][0] = basis.mul_add(Lanes::splat(radiance.x), sums[probe][0]);
+            sums[probe][1] = basis.mul_add(Lanes::splat(radiance.y), sums[probe][1]);
+            sums[probe][2] = basis.mul_add(Lanes::splat(radiance.z), sums[probe][2]);
         }
     }
     sums
