@@ -1,1 +1,56 @@
-//! Not written yet.
+//! What Probelight computes each frame, on the CPU: indirect light that follows lights, sky and materials.
+//!
+//! ```text
+//!  lights, sky, materials ─► light_relight_points ─► relight_probes ─► project_clusters ─► gather_receivers
+//!                                     ▲                    λ                  b                   │ E
+//!                                     └──────────────── dilate_lightmap ◄─────────────────────────┘
+//! ```
+//!
+//! A [`Runtime`] holds a baked scene. Change its lighting or materials, [`step`](Runtime::step) once per frame
+//! (each step adds one bounce) and read the [`IrradianceLightmap`]; or [`converge`](Runtime::converge) for a
+//! still picture.
+//!
+//! ```no_run
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use std::sync::Arc;
+//!
+//! use probelight_asset::BakedScene;
+//! use probelight_math::glam::Vec3;
+//! use probelight_runtime::Runtime;
+//! use probelight_scene::{Light, Lighting, Sky};
+//!
+//! # fn read(_: &str) -> Result<BakedScene, Box<dyn std::error::Error>> { Ok(BakedScene::default()) }
+//! let baked: BakedScene = read("atrium.plight")?;
+//! let mut runtime = Runtime::new(Arc::new(baked))?;
+//!
+//! let sun = Light::Directional { direction: Vec3::new(0.3, -0.9, 0.1).normalize(), irradiance: Vec3::splat(4.0) };
+//! let sky = Sky::Uniform(Vec3::new(0.4, 0.6, 1.0));
+//! runtime.set_lighting(Lighting { lights: vec![sun], sky, ..Lighting::default() });
+//! runtime.set_base_color(0, Vec3::new(0.8, 0.1, 0.1))?;
+//!
+//! let timings = runtime.step();
+//! println!("one frame: {:?}", timings.total());
+//!
+//! let convergence = runtime.converge(1e-3, 100);
+//! println!("converged after {} bounces", convergence.steps);
+//! let on_the_floor = runtime.irradiance_at(Vec3::ZERO, Vec3::Y);
+//! println!("irradiance there: {on_the_floor:?} W/m²");
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! The lightmap holds what arrives by way of the probes: light that bounced, the sky, emissive surfaces.
+//! Renderers add the direct light of the analytic lights, which is sharper than a lightmap could hold.
+
+pub mod cpu;
+mod error;
+mod find_face;
+mod frame_bytes;
+mod irradiance_lightmap;
+mod runtime;
+mod validate;
+
+pub use error::RuntimeError;
+pub use frame_bytes::frame_bytes;
+pub use irradiance_lightmap::IrradianceLightmap;
+pub use runtime::{Convergence, FrameTimings, Runtime};

@@ -1,0 +1,120 @@
+//! Time of each stage at 120,000 receivers, and of reading as many bytes as a frame reads: the ratio of the two
+//! says how far a frame is from what memory allows.
+//!
+//! `cargo bench -p probelight-runtime`
+
+#![expect(clippy::print_stdout, reason = "the ratio is the benchmark's result")]
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use std::hint::black_box;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use probelight_runtime::{FrameTimings, Runtime, frame_bytes};
+use probelight_scene::Lighting;
+use rayon::prelude::*;
+use support::{Size, all_lights, random_room};
+
+/// The size of a baked atrium: 120,000 receivers.
+const ATRIUM: Size = Size {
+    clusters: 500,
+    receivers_per_cluster: 240,
+    rank: 32,
+    probes: 400,
+    probes_per_cluster: 10,
+    rays: 512,
+    sh_degree: 7,
+};
+
+/// More than any last-level cache holds.
+const BASELINE_BYTES: usize = 1 << 29;
+
+/// Reads memory with all threads and returns the sum of the values, so that nothing can be left out.
+fn read(words: &[u64]) -> u64 {
+    words.par_chunks(1 << 17).map(|chunk| chunk.iter().fold(0, |sum: u64, w| sum.wrapping_add(*w))).sum()
+}
+
+/// Shortest of some runs: what the machine can do when nobody disturbs.
+fn shortest(runs: usize, mut run: impl FnMut() -> Duration) -> Duration {
+    (0..runs).map(|_| run()).min().unwrap_or_default()
+}
+
+fn timed(work: impl FnOnce()) -> Duration {
+    let start = Instant::now();
+    work();
+    start.elapsed()
+}
+
+fn stages(criterion: &mut Criterion) {
+    let mut runtime = Runtime::new(Arc::new(random_room(ATRIUM))).unwrap();
+    runtime.set_lighting(all_lights());
+    runtime.step();
+    let mut group = criterion.benchmark_group("atrium");
+    let mut bench_stage = |name: &str, of: fn(&FrameTimings) -> Duration| {
+        group.bench_function(name, |b| b.iter_custom(|n| (0..n).map(|_| of(&runtime.step())).sum()));
+    };
+    bench_stage("light_relight_points", |t| t.light_relight_points);
+    bench_stage("relight_probes", |t| t.relight_probes);
+    bench_stage("project_clusters", |t| t.project_clusters);
+    bench_stage("gather_receivers", |t| t.gather_receivers);
+    bench_stage("dilate_lightmap", |t| t.dilate_lightmap);
+    bench_stage("frame", FrameTimings::total);
+    group.bench_function("frame_with_shadow_rays", |b| {
+        b.iter_custom(|n| {
+            let frame = |i| {
+                let lights = if i % 2 == 0 { Vec::new() } else { all_lights().lights };
+                runtime.set_lighting(Lighting { lights, ..all_lights() });
+                runtime.step().total()
+            };
+            // Half of the frames have no lights, hence no shadow rays.
+            (0..2 * n).map(frame).sum()
+        });
+    });
+    group.finish();
+    report_ratio(&mut runtime);
+}
+
+/// Prints how long a frame takes in multiples of reading its bytes once, both measured here.
+fn report_ratio(runtime: &mut Runtime) {
+    let words = vec![1u64; BASELINE_BYTES / 8];
+    let baseline =
+        shortest(20, || timed(|| assert_eq!(black_box(read(black_box(&words))), words.len() as u64)));
+    let bytes_per_second = BASELINE_BYTES as f64 / baseline.as_secs_f64();
+    let frame = shortest(200, || runtime.step().total());
+    let bytes = frame_bytes(runtime.baked());
+    let floor = bytes as f64 / bytes_per_second;
+    println!(
+        "memory: {:.1} GB/s; frame: {:.2} ms for {:.1} MB, {:.2} ms to read them: ratio {:.2}",
+        bytes_per_second * 1e-9,
+        frame.as_secs_f64() * 1e3,
+        bytes as f64 * 1e-6,
+        floor * 1e3,
+        frame.as_secs_f64() / floor
+    );
+    let mut best = [Duration::MAX; 5];
+    for _ in 0..200 {
+        let t = runtime.step();
+        let stages = [
+            t.light_relight_points,
+            t.relight_probes,
+            t.project_clusters,
+            t.gather_receivers,
+            t.dilate_lightmap,
+        ];
+        best = std::array::from_fn(|i| best[i].min(stages[i]));
+    }
+    println!("shortest light, relight, project, gather, dilate: {best:?}");
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(1))
+        .sample_size(20);
+    targets = stages
+}
+criterion_main!(benches);

@@ -1,0 +1,36 @@
+//! Stage 5: fills the texels around charts that bilinear lookups touch.
+
+use probelight_asset::BakedScene;
+use probelight_math::glam::Vec3;
+
+use super::texel_copies::TexelCopies;
+use crate::IrradianceLightmap;
+
+/// Which receiver each texel outside the charts repeats.
+#[derive(Clone, Debug)]
+pub struct Dilation {
+    copies: TexelCopies,
+}
+
+impl Dilation {
+    /// Prepares the copies. Their sources are receivers, so that no copy waits for another.
+    pub fn new(baked: &BakedScene) -> Self {
+        let mut receiver_of_texel = vec![u32::MAX; texel_count(baked)];
+        for (receiver, texel) in (0u32..).zip(&baked.receiver_texels) {
+            receiver_of_texel[*texel as usize] = receiver;
+        }
+        let pairs = baked.lightmap.dilation.iter();
+        let copies =
+            TexelCopies::new(pairs.map(|[texel, source]| (*texel, receiver_of_texel[*source as usize])));
+        Self { copies }
+    }
+
+    /// Copies the receivers' irradiance (in the order of `receiver_texels`) to the texels around the charts.
+    pub fn dilate_lightmap(&self, receivers: &[Vec3], lightmap: &mut IrradianceLightmap) {
+        self.copies.apply(receivers, &mut lightmap.texels);
+    }
+}
+
+fn texel_count(baked: &BakedScene) -> usize {
+    baked.lightmap.width as usize * baked.lightmap.height as usize
+}

@@ -1,0 +1,33 @@
+//! The stages of a frame on the CPU, in the order in which they run.
+//!
+//! Each stage owns the buffers it writes, so that a frame allocates nothing, and divides its work into parts
+//! that do not depend on the number of threads, so that the result does not either.
+
+mod clusters_in_parallel;
+pub mod dilate_lightmap;
+pub mod gather_receivers;
+mod half_float;
+pub mod light_relight_points;
+pub mod project_clusters;
+pub mod relight_probes;
+mod texel_copies;
+
+pub use dilate_lightmap::Dilation;
+pub use gather_receivers::ReceiverIrradiance;
+pub use light_relight_points::{RelightRadiance, SurfaceColors};
+pub use project_clusters::ClusterCoefficients;
+pub use relight_probes::ProbeRadiance;
+
+/// Values computed together: one AVX-512 register, two of AVX, four of NEON.
+type Lanes = wide::f32x16;
+
+/// Number of values in [`Lanes`].
+const LANES: usize = 16;
+
+/// The first [`LANES`] values of a slice.
+#[inline(always)]
+fn load(values: &[f32]) -> Lanes {
+    let mut lanes = [0.0; LANES];
+    lanes.copy_from_slice(&values[..LANES]);
+    Lanes::new(lanes)
+}

@@ -1,0 +1,127 @@
+//! Stage 2: the probes' radiance as spherical-harmonics coefficients ([SED] eq. 2).
+//!
+//! All probes share their directions, so the projection of all of them is one matrix product,
+//! λ = L·(w·Y), of radiance with a table of weighted basis values:
+//!
+//! ```text
+//!            rays                 coefficients              coefficients
+//!          ┌──────┐              ┌──┬──┬──┬──┐             ┌─────────────┐
+//!  probes  │  L   │ ×      rays  │  │  │  │  │  =   probes │      λ      │    for each colour channel
+//!          └──────┘              └──┴──┴──┴──┘             └─────────────┘
+//! ```
+//!
+//! The table is stored in panels of [`LANES`] coefficients. A panel of 512 rays (32 KiB) stays in the first-level
+//! cache while a task multiplies its probes' radiance with it, sums in registers.
+
+use probelight_asset::BakedScene;
+use probelight_math::directions::quadrature_weights;
+use probelight_math::glam::Vec3;
+use probelight_math::sh::Basis;
+use rayon::prelude::*;
+
+use super::{LANES, Lanes};
+
+/// Probes multiplied together: their 24 sums of one panel, one value of the panel and one of radiance fill the
+/// 32 registers of AVX-512.
+const PROBES: usize = 8;
+
+/// Spherical-harmonics coefficients of the radiance around each probe, W·m⁻²·sr⁻¹.
+#[derive(Clone, Debug)]
+pub struct ProbeRadiance {
+    rays: usize,
+    coefficients: usize,
+    /// Coefficients between the starts of two channels.
+    stride: usize,
+    /// Weighted basis values: panel by panel, ray by ray.
+    table: Vec<Lanes>,
+    /// Probe by probe, channel by channel, with [`LANES`] values of padding at the end.
+    values: Vec<f32>,
+}
+
+impl ProbeRadiance {
+    /// Tabulates the basis for the relight directions and makes all probes dark.
+    ///
+    /// The quadrature is exact for radiance within the probes' own bands, where the number of rays allows.
+    pub fn new(baked: &BakedScene) -> Self {
+        let basis = Basis::new(baked.settings.sh_degree as usize);
+        let (rays, coefficients) = (baked.relight_directions.len(), basis.len());
+        let weights = quadrature_weights(&baked.relight_directions, 2 * basis.degree());
+        let panels = coefficients.div_ceil(LANES);
+        let mut table = vec![[0.0; LANES]; panels * rays];
+        let mut values = vec![0.0; coefficients];
+        for (ray, (direction, weight)) in baked.relight_directions.iter().zip(weights).enumerate() {
+            basis.evaluate(*direction, &mut values);
+            for (j, value) in values.iter().enumerate() {
+                table[j / LANES * rays + ray][j % LANES] = weight * value;
+            }
+        }
+        let stride = panels * LANES;
+        let values = vec![0.0; baked.probes.len() * 3 * stride + LANES];
+        let table = table.into_iter().map(Lanes::new).collect();
+        Self { rays, coefficients, stride, table, values }
+    }
+
+    /// Coefficients of one probe and colour channel (0 red, 1 green, 2 blue).
+    pub fn coefficients(&self, probe: usize, channel: usize) -> &[f32] {
+        &self.coefficients_from(probe, channel, 0)[..self.coefficients]
+    }
+
+    /// Everything from one coefficient on; at least [`LANES`] values.
+    #[inline(always)]
+    pub(super) fn coefficients_from(&self, probe: usize, channel: usize, coefficient: usize) -> &[f32] {
+        &self.values[(probe * 3 + channel) * self.stride + coefficient..]
+    }
+
+    /// Projects the relight rays' radiance (a probe's rays in a row) to coefficients.
+    pub fn relight_probes(&mut self, radiance: &[Vec3]) {
+        let (rays, stride, table) = (self.rays, self.stride, &self.table);
+        if rays == 0 {
+            return;
+        }
+        let length = radiance.len() / rays * 3 * stride;
+        self.values[..length]
+            .par_chunks_mut(PROBES * 3 * stride)
+            .zip(radiance.par_chunks(PROBES * rays))
+            .for_each(|(values, radiance)| {
+                if radiance.len() == PROBES * rays {
+                    project::<PROBES>(table, rays, radiance, values);
+                    return;
+                }
+                for (values, radiance) in values.chunks_exact_mut(3 * stride).zip(radiance.chunks_exact(rays))
+                {
+                    project::<1>(table, rays, radiance, values);
+                }
+            });
+    }
+}
+
+/// Coefficients of `P` probes.
+#[inline(always)]
+fn project<const P: usize>(table: &[Lanes], rays: usize, radiance: &[Vec3], values: &mut [f32]) {
+    let stride = table.len() / rays * LANES;
+    let probes: [&[Vec3]; P] = std::array::from_fn(|probe| &radiance[probe * rays..][..rays]);
+    for (panel_index, panel) in table.chunks_exact(rays).enumerate() {
+        let sums = multiply_panel(panel, probes);
+        for (probe, sums) in sums.iter().enumerate() {
+            for (channel, sums) in sums.iter().enumerate() {
+                let at = (probe * 3 + channel) * stride + panel_index * LANES;
+                values[at..at + LANES].copy_from_slice(&sums.to_array());
+            }
+        }
+    }
+}
+
+/// Product of `P` probes' radiance with one panel, for each channel.
+#[inline(always)]
+fn multiply_panel<const P: usize>(panel: &[Lanes], probes: [&[Vec3]; P]) -> [[Lanes; 3]; P] {
+    let mut sums = [[Lanes::ZERO; 3]; P];
+    for (ray, basis) in panel.iter().enumerate() {
+        for probe in 0..P {
+            let radiance = probes[probe][ray];
+            sums[probe][0] = basis.mul_add(Lanes::splat(radiance.x), sums[probe][0]);
+            sums[probe][1] = basis.mul_add(Lanes::splat(radiance.y), sums[probe][1]);
+            sums[probe][2] = basis.mul_add(Lanes::splat(radiance.z), sums[probe][2]);
+        }
+    }
+    sums
+}

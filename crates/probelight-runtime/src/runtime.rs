@@ -1,0 +1,261 @@
+//! The runtime: a baked scene, its present lighting and materials, and the stages of a frame.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use probelight_asset::BakedScene;
+use probelight_math::glam::Vec3;
+use probelight_scene::Lighting;
+use probelight_trace::Tracer;
+
+use crate::cpu::{
+    ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, RelightRadiance, SurfaceColors,
+};
+use crate::find_face::find_face;
+use crate::validate::validate;
+use crate::{IrradianceLightmap, RuntimeError};
+
+/// Lights a baked scene, frame by frame.
+///
+/// Work is divided among the threads of the rayon pool that calls; the result does not depend on their number.
+/// After the first frame, [`step`](Self::step) allocates nothing.
+pub struct Runtime {
+    baked: Arc<BakedScene>,
+    tracer: Tracer,
+    lighting: Lighting,
+    colors: Vec<SurfaceColors>,
+    stale: Stale,
+    relight: RelightRadiance,
+    probes: ProbeRadiance,
+    coefficients: ClusterCoefficients,
+    receivers: ReceiverIrradiance,
+    dilation: Dilation,
+    lightmap: IrradianceLightmap,
+}
+
+/// What changed since the last frame.
+#[derive(Clone, Copy, Debug)]
+struct Stale {
+    /// Analytic lights: shadow rays are needed.
+    direct: bool,
+    /// Anything else that relight points shine with.
+    shading: bool,
+}
+
+/// How long each stage of a frame took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrameTimings {
+    /// Radiance of the relight points, with shadow rays if lights changed.
+    pub light_relight_points: Duration,
+    /// Projection to spherical harmonics.
+    pub relight_probes: Duration,
+    /// Coefficients of the clusters.
+    pub project_clusters: Duration,
+    /// Irradiance of the receivers.
+    pub gather_receivers: Duration,
+    /// Texels around the charts.
+    pub dilate_lightmap: Duration,
+}
+
+impl FrameTimings {
+    /// All stages together.
+    pub fn total(&self) -> Duration {
+        self.light_relight_points
+            + self.relight_probes
+            + self.project_clusters
+            + self.gather_receivers
+            + self.dilate_lightmap
+    }
+}
+
+/// How [`Runtime::converge`] ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Convergence {
+    /// Frames computed.
+    pub steps: usize,
+    /// Relative change of the receivers' irradiance in the last frame (root mean square). Bounces fade
+    /// geometrically: where each keeps a share q of the one before, what is still missing is about
+    /// `change · q / (1 − q)`.
+    pub change: f64,
+}
+
+impl Runtime {
+    /// Prepares a baked scene: builds the BVH for shadow rays, and all buffers. The lights are those of the
+    /// scene's file, the sky is black, emissive surfaces shine.
+    ///
+    /// # Errors
+    /// If parts of the baked scene contradict each other.
+    pub fn new(baked: Arc<BakedScene>) -> Result<Self, RuntimeError> {
+        validate(&baked)?;
+        let lighting = Lighting { lights: baked.scene.lights.clone(), ..Lighting::default() };
+        Ok(Self {
+            tracer: Tracer::new(Arc::new(baked.scene.clone())),
+            lighting,
+            colors: SurfaceColors::of(&baked.scene),
+            stale: Stale { direct: true, shading: true },
+            relight: RelightRadiance::new(&baked),
+            probes: ProbeRadiance::new(&baked),
+            coefficients: ClusterCoefficients::new(&baked),
+            receivers: ReceiverIrradiance::new(&baked),
+            dilation: Dilation::new(&baked),
+            lightmap: IrradianceLightmap::new(baked.lightmap.width, baked.lightmap.height),
+            baked,
+        })
+    }
+
+    /// The baked scene.
+    pub fn baked(&self) -> &Arc<BakedScene> {
+        &self.baked
+    }
+
+    /// The ray tracer of the scene.
+    pub fn tracer(&self) -> &Tracer {
+        &self.tracer
+    }
+
+    /// The light sources of the next frame.
+    pub fn lighting(&self) -> &Lighting {
+        &self.lighting
+    }
+
+    /// Changes the light sources. Shadow rays are traced again only if an analytic light changed.
+    pub fn set_lighting(&mut self, lighting: Lighting) {
+        self.stale.direct |= lighting.lights != self.lighting.lights;
+        self.stale.shading |= lighting != self.lighting;
+        self.lighting = lighting;
+    }
+
+    /// A material's present colours.
+    pub fn surface_colors(&self, material: usize) -> Option<SurfaceColors> {
+        self.colors.get(material).copied()
+    }
+
+    /// Changes the base colour factor of a material (linear RGB; its texture stays).
+    ///
+    /// # Errors
+    /// If there is no such material, or a channel is negative or not finite.
+    pub fn set_base_color(&mut self, material: usize, base_color: Vec3) -> Result<(), RuntimeError> {
+        let colors = checked(&mut self.colors, material, base_color, "base colour")?;
+        self.stale.shading |= colors.base_color != base_color;
+        colors.base_color = base_color;
+        Ok(())
+    }
+
+    /// Changes the radiance that the front faces of a material emit (W·m⁻²·sr⁻¹; its texture stays).
+    ///
+    /// # Errors
+    /// If there is no such material, or a channel is negative or not finite.
+    pub fn set_emission(&mut self, material: usize, radiance: Vec3) -> Result<(), RuntimeError> {
+        let colors = checked(&mut self.colors, material, radiance, "emission")?;
+        self.stale.shading |= colors.emission != radiance;
+        colors.emission = radiance;
+        Ok(())
+    }
+
+    /// Computes one frame, which adds one bounce to the lightmap.
+    pub fn step(&mut self) -> FrameTimings {
+        let baked = &*self.baked;
+        let mut timings = FrameTimings::default();
+        timed(&mut timings.light_relight_points, || {
+            if self.stale.direct {
+                self.relight.trace_direct(baked, &self.tracer, &self.lighting.lights);
+            }
+            if self.stale.direct || self.stale.shading {
+                self.relight.shade(baked, &self.lighting, &self.colors);
+            }
+            self.stale = Stale { direct: false, shading: false };
+            self.relight.light_relight_points(&self.lightmap);
+        });
+        timed(&mut timings.relight_probes, || self.probes.relight_probes(self.relight.values()));
+        timed(&mut timings.project_clusters, || self.coefficients.project_clusters(baked, &self.probes));
+        timed(&mut timings.gather_receivers, || {
+            self.receivers.gather_receivers(baked, self.coefficients.values(), &mut self.lightmap);
+        });
+        timed(&mut timings.dilate_lightmap, || {
+            self.dilation.dilate_lightmap(self.receivers.values(), &mut self.lightmap);
+        });
+        timings
+    }
+
+    /// Computes frames until the relative change of the lightmap is at most `tolerance`, at most `max_steps`.
+    pub fn converge(&mut self, tolerance: f64, max_steps: usize) -> Convergence {
+        let mut previous = self.receivers.values().to_vec();
+        let mut convergence = Convergence { steps: 0, change: f64::INFINITY };
+        while convergence.steps < max_steps && convergence.change > tolerance {
+            self.step();
+            convergence.steps += 1;
+            convergence.change = relative_change(&previous, self.receivers.values());
+            previous.copy_from_slice(self.receivers.values());
+        }
+        convergence
+    }
+
+    /// Forgets all bounced light: the next step starts from darkness.
+    pub fn reset(&mut self) {
+        self.receivers.clear();
+        self.lightmap.texels.fill(Vec3::ZERO);
+    }
+
+    /// The lightmap of the last frame.
+    pub fn irradiance(&self) -> &IrradianceLightmap {
+        &self.lightmap
+    }
+
+    /// Irradiance (W/m²) of the surface at a world position, on its side towards `normal` (unit): what arrives
+    /// by way of the probes. `None` if there is no such surface within a thousandth of the scene's diagonal, or
+    /// if that side has no light of its own.
+    pub fn irradiance_at(&self, position: Vec3, normal: Vec3) -> Option<Vec3> {
+        let texel = find_face(&self.tracer, &self.baked.lightmap, position, normal)?;
+        Some(self.lightmap.sample(texel))
+    }
+
+    /// Radiance of the relight rays in the last frame.
+    pub fn relight_radiance(&self) -> &RelightRadiance {
+        &self.relight
+    }
+
+    /// Probe coefficients λ of the last frame.
+    pub fn probe_radiance(&self) -> &ProbeRadiance {
+        &self.probes
+    }
+
+    /// Cluster coefficients b of the last frame.
+    pub fn cluster_coefficients(&self) -> &ClusterCoefficients {
+        &self.coefficients
+    }
+
+    /// Irradiance of the receivers in the last frame, W/m², in the order of `receiver_texels`.
+    pub fn receiver_irradiance(&self) -> &[Vec3] {
+        self.receivers.values()
+    }
+}
+
+/// The colours of an existing material, if `color` is one that a surface can have.
+fn checked<'a>(
+    colors: &'a mut [SurfaceColors],
+    material: usize,
+    color: Vec3,
+    quantity: &'static str,
+) -> Result<&'a mut SurfaceColors, RuntimeError> {
+    if !(color.is_finite() && color.min_element() >= 0.0) {
+        return Err(RuntimeError::InvalidColor { quantity, material });
+    }
+    let count = colors.len();
+    colors.get_mut(material).ok_or(RuntimeError::UnknownMaterial { material, count })
+}
+
+fn timed(duration: &mut Duration, stage: impl FnOnce()) {
+    let start = Instant::now();
+    stage();
+    *duration = start.elapsed();
+}
+
+/// Root-mean-square difference relative to the root mean square of `now`; 0 if both are dark.
+fn relative_change(before: &[Vec3], now: &[Vec3]) -> f64 {
+    let (mut difference, mut total) = (0.0, 0.0);
+    for (before, now) in before.iter().zip(now) {
+        difference += (*now - *before).as_dvec3().length_squared();
+        total += now.as_dvec3().length_squared();
+    }
+    if difference == 0.0 { 0.0 } else { (difference / total).sqrt() }
+}

@@ -1,0 +1,96 @@
+//! Each stage against the slow frame, and the whole frame over several bounces.
+
+mod support;
+
+use std::sync::Arc;
+
+use probelight_asset::BakedScene;
+use probelight_math::glam::{DVec3, Vec3};
+use probelight_runtime::Runtime;
+use probelight_runtime::cpu::SurfaceColors;
+use support::slow_frame::{SlowFrame, slow_frame};
+use support::{SMALL, Size, all_lights, random_room};
+
+/// Largest difference, relative to the largest value.
+fn difference(fast: impl IntoIterator<Item = Vec3>, slow: &[DVec3]) -> f64 {
+    let fast: Vec<Vec3> = fast.into_iter().collect();
+    assert_eq!(fast.len(), slow.len());
+    let largest = slow.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
+    assert!(largest > 0.0, "there is nothing to compare");
+    let worst = fast.iter().zip(slow).map(|(f, s)| (f.as_dvec3() - *s).abs().max_element());
+    worst.fold(0.0, f64::max) / largest
+}
+
+fn probe_coefficients(runtime: &Runtime) -> Vec<Vec3> {
+    let baked = runtime.baked();
+    let probes = runtime.probe_radiance();
+    let of_probe = |p| {
+        (0..baked.coefficients()).map(move |j| Vec3::from([0, 1, 2].map(|c| probes.coefficients(p, c)[j])))
+    };
+    (0..baked.probes.len()).flat_map(of_probe).collect()
+}
+
+/// Largest relative differences of all stages after the same frames.
+fn differences(runtime: &Runtime, slow: &SlowFrame) -> [f64; 5] {
+    let cluster_coefficients = runtime.cluster_coefficients().values();
+    [
+        difference(runtime.relight_radiance().values().iter().copied(), &slow.radiance),
+        difference(probe_coefficients(runtime), &slow.coefficients.concat()),
+        difference(cluster_coefficients.iter().map(|b| Vec3::from(*b)), &slow.cluster_coefficients),
+        difference(runtime.receiver_irradiance().iter().copied(), &slow.irradiance),
+        difference(runtime.irradiance().texels.iter().copied(), &slow.lightmap),
+    ]
+}
+
+/// Runs both for three bounces and compares after each.
+fn compare(baked: BakedScene) {
+    let baked = Arc::new(baked);
+    let mut runtime = Runtime::new(baked.clone()).unwrap();
+    runtime.set_lighting(all_lights());
+    let colors = SurfaceColors::of(&baked.scene);
+    let mut feedback = vec![DVec3::ZERO; runtime.irradiance().texels.len()];
+    for bounce in 0..3 {
+        runtime.step();
+        let slow = slow_frame(&baked, &all_lights(), &colors, &feedback);
+        let differences = differences(&runtime, &slow);
+        // A sum of n products of random sign in f32 is off by some √n · 6e-8; n is about a hundred here.
+        assert!(differences.iter().all(|d| *d < 3e-6), "bounce {bounce}: {differences:?}");
+        feedback = slow.lightmap;
+    }
+}
+
+#[test]
+fn stages_equal_the_slow_frame() {
+    compare(random_room(SMALL));
+}
+
+#[test]
+fn stages_equal_the_slow_frame_at_other_sizes() {
+    compare(random_room(Size { sh_degree: 7, rank: 9, receivers_per_cluster: 64, ..SMALL }));
+    compare(random_room(Size { sh_degree: 0, rank: 1, receivers_per_cluster: 1, probes: 8, ..SMALL }));
+    compare(random_room(Size { sh_degree: 9, rays: 200, probes: 3, clusters: 2, ..SMALL }));
+}
+
+#[test]
+fn comparison_notices_a_wrong_value_in_each_stage() {
+    let baked = Arc::new(random_room(SMALL));
+    let mut runtime = Runtime::new(baked.clone()).unwrap();
+    runtime.set_lighting(all_lights());
+    runtime.step();
+    let colors = SurfaceColors::of(&baked.scene);
+    let dark = vec![DVec3::ZERO; runtime.irradiance().texels.len()];
+    for stage in 0..5 {
+        let mut slow = slow_frame(&baked, &all_lights(), &colors, &dark);
+        let values = match stage {
+            0 => &mut slow.radiance,
+            1 => &mut slow.coefficients[2],
+            2 => &mut slow.cluster_coefficients,
+            3 => &mut slow.irradiance,
+            _ => &mut slow.lightmap,
+        };
+        let largest = values.iter_mut().max_by(|a, b| a.x.abs().total_cmp(&b.x.abs())).unwrap();
+        largest.x *= 1.01;
+        let noticed = differences(&runtime, &slow).map(|d| d > 3e-6);
+        assert_eq!(noticed, std::array::from_fn(|i| i == stage));
+    }
+}
