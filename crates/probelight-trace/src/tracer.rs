@@ -100,7 +100,7 @@ impl Tracer {
     /// The nearest hit along the ray, or `None` if it leaves the scene.
     #[inline]
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let query = obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), 0.0, ray.max_distance);
+        let query = query_from_ray(ray);
         let mut nearest = RayHit::none();
         let found = self.bvh.ray_traverse(query, &mut nearest, |query, leaf| self.intersect(query, leaf));
         if !found {
@@ -122,7 +122,7 @@ impl Tracer {
     /// Whether anything lies on the ray before its end.
     #[inline]
     pub fn is_occluded(&self, ray: &Ray) -> bool {
-        let query = obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), 0.0, ray.max_distance);
+        let query = query_from_ray(ray);
         !self.bvh.ray_traverse_miss(query, |query, leaf| self.intersect(query, leaf))
     }
 
@@ -156,4 +156,12 @@ impl Tracer {
         let alpha = material.base_color.w * self.scene.base_color_texel(triangle, barycentric).w;
         alpha < cutoff
     }
+}
+
+/// The BVH's form of a ray. Adding zero turns −0 into +0: the traversal takes the sign of the direction and
+/// of its inverse separately, and misses boxes where the two disagree.
+#[inline(always)]
+fn query_from_ray(ray: &Ray) -> obvhs::ray::Ray {
+    let direction = Vec3A::from(ray.direction) + Vec3A::ZERO;
+    obvhs::ray::Ray::new(ray.origin.into(), direction, 0.0, ray.max_distance)
 }
