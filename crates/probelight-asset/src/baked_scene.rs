@@ -155,7 +155,7 @@ pub struct RelightPoint {
     pub emission_texel: [u8; 4],
 }
 
-/// Receivers that share a compressed transport matrix A ≈ U·(ΣVᵀ) ([SED] eq. 6).
+/// Receivers that share a compressed transport matrix A ≈ U·(ΣVᵀ) (\[SED\] eq. 6).
 ///
 /// A's input is a list of signals. Today all are probe coefficients: column `P·l² + p·(2l+1) + (l+m)` is
 /// coefficient (l, m) of the cluster's p-th of P probes, so that fewer bands are fewer leading columns.
