@@ -9,8 +9,8 @@
 //! | `resources` | URIs, buffer views | bytes |
 //! | `accessors` | bytes | typed elements |
 //! | `images`, `materials` | documents' materials | [`Material`](crate::Material)s with [`Texture`](crate::Texture)s |
-//! | `primitives`, `tangents` | accessors | triangles in mesh space |
-//! | `nodes` | node tree | instances, lights and cameras in world space |
+//! | `primitives`, `topology`, `tangents` | accessors | triangles in mesh space |
+//! | `nodes`, `lights` | node tree | instances, lights and cameras in world space |
 
 mod accessors;
 mod container;
@@ -21,6 +21,7 @@ mod nodes;
 mod primitives;
 mod resources;
 mod tangents;
+mod topology;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -67,9 +68,9 @@ pub fn load_gltf(path: &Path) -> Result<Scene, SceneError> {
 }
 
 fn scene_from_bytes(bytes: &[u8], folder: &Path) -> Result<Scene, Reason> {
-    let (document, binary) = container::parse(bytes)?;
-    let resources = resources::Resources::load(&document, binary, folder)?;
     let mut warnings = Warnings::default();
+    let (document, binary) = container::parse(bytes, &mut warnings)?;
+    let resources = resources::Resources::load(&document, binary, folder)?;
     let materials = materials::import_materials(&document, &resources, &mut warnings)?;
     let mut scene = nodes::flatten(&document, &resources, &materials, &mut warnings)?;
     scene.materials = materials.materials;

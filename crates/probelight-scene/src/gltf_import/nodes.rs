@@ -7,9 +7,10 @@ use probelight_math::glam::{Mat3, Mat4, Vec2, Vec3};
 
 use super::lights::{camera_at_node, light_at_node};
 use super::materials::Materials;
-use super::primitives::{MAX_ELEMENTS, Primitive, import_primitive};
+use super::primitives::{Primitive, import_primitive};
 use super::resources::Resources;
 use super::tangents::arbitrary_tangent;
+use super::topology::MAX_ELEMENTS;
 use super::{Reason, Warnings};
 use crate::Scene;
 
@@ -21,8 +22,14 @@ pub(super) fn flatten(
     materials: &Materials,
     warnings: &mut Warnings,
 ) -> Result<Scene, Reason> {
-    let mut flattener =
-        Flattener { resources, materials, warnings, scene: Scene::default(), meshes: HashMap::new() };
+    let mut flattener = Flattener {
+        resources,
+        materials,
+        warnings,
+        scene: Scene::default(),
+        meshes: HashMap::new(),
+        mesh_vertices: 0,
+    };
     let mut visited = vec![false; document.nodes().len()];
     // An explicit stack: files may nest deeper than the program's own.
     let mut stack: Vec<_> = root_nodes(document).into_iter().map(|node| (node, Mat4::IDENTITY)).collect();
@@ -60,6 +67,8 @@ struct Flattener<'a> {
     scene: Scene,
     /// Each mesh is read once, however many nodes show it.
     meshes: HashMap<usize, Vec<Primitive>>,
+    /// Vertices in `meshes`.
+    mesh_vertices: usize,
 }
 
 impl Flattener<'_> {
@@ -84,9 +93,7 @@ impl Flattener<'_> {
             let vertices = self.scene.positions.len() + primitive.positions.len();
             let triangles = self.scene.triangles.len() + primitive.triangles.len();
             if vertices.max(triangles) > MAX_ELEMENTS {
-                return Err(format!(
-                    "with all instances it has more than {MAX_ELEMENTS} vertices or triangles"
-                ));
+                return Err(too_many_elements());
             }
             append_instance(&mut self.scene, primitive, world_from_node, self.warnings)
                 .map_err(|reason| format!("nodes[{}]: {reason}", node.index()))?;
@@ -94,6 +101,8 @@ impl Flattener<'_> {
         Ok(())
     }
 
+    /// Reads all primitives. Several may share one accessor, so what they claim together can exceed what the
+    /// file holds, and is counted.
     fn import_mesh(&mut self, mesh: &gltf::Mesh<'_>) -> Result<Vec<Primitive>, Reason> {
         let mut primitives = Vec::new();
         for source in mesh.primitives() {
@@ -101,6 +110,10 @@ impl Flattener<'_> {
                 .map_err(|reason| {
                     format!("meshes[{}].primitives[{}]: {reason}", mesh.index(), source.index())
                 })?;
+            self.mesh_vertices += primitive.as_ref().map_or(0, |primitive| primitive.positions.len());
+            if self.mesh_vertices > MAX_ELEMENTS {
+                return Err(too_many_elements());
+            }
             primitives.extend(primitive);
         }
         Ok(primitives)
@@ -113,6 +126,10 @@ impl Flattener<'_> {
         }
         scene
     }
+}
+
+fn too_many_elements() -> Reason {
+    format!("with all instances it has more than {MAX_ELEMENTS} vertices or triangles; simplify it")
 }
 
 /// Appends a primitive in world space. Under a mirroring transform triangles are wound the other way round, so
