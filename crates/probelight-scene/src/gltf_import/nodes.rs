@@ -10,26 +10,31 @@ use super::materials::Materials;
 use super::primitives::{Primitive, import_primitive};
 use super::resources::Resources;
 use super::tangents::arbitrary_tangent;
-use super::topology::MAX_ELEMENTS;
+use super::topology::{MAX_TRIANGLES, claimed_triangles};
 use super::{Reason, Warnings};
 use crate::Scene;
 
-/// Visits the default scene's nodes, or all root nodes if there is no scene, and collects world-space
-/// triangles, lights and cameras in the order of the tree.
+/// Collects world-space triangles, lights and cameras of the default scene, in the order of its tree; of all
+/// root nodes if there is no scene.
 pub(super) fn flatten(
     document: &Document,
     resources: &Resources<'_>,
     materials: &Materials,
     warnings: &mut Warnings,
 ) -> Result<Scene, Reason> {
-    let mut flattener = Flattener {
-        resources,
-        materials,
-        warnings,
-        scene: Scene::default(),
-        meshes: HashMap::new(),
-        mesh_vertices: 0,
-    };
+    let nodes = placed_nodes(document)?;
+    check_triangle_count(document, &nodes)?;
+    let mut flattener =
+        Flattener { resources, materials, warnings, scene: Scene::default(), meshes: HashMap::new() };
+    for (node, world_from_node) in &nodes {
+        flattener.add_node(node, *world_from_node)?;
+    }
+    Ok(flattener.finish())
+}
+
+/// All nodes of the tree with their transforms, parents first.
+fn placed_nodes(document: &Document) -> Result<Vec<(gltf::Node<'_>, Mat4)>, Reason> {
+    let mut placed = Vec::new();
     let mut visited = vec![false; document.nodes().len()];
     // An explicit stack: files may nest deeper than the program's own.
     let mut stack: Vec<_> = root_nodes(document).into_iter().map(|node| (node, Mat4::IDENTITY)).collect();
@@ -42,11 +47,29 @@ pub(super) fn flatten(
         if !world_from_node.is_finite() {
             return Err(format!("the transform of nodes[{}] is not finite", node.index()));
         }
-        flattener.add_node(&node, world_from_node)?;
-        let children: Vec<_> = node.children().collect();
-        stack.extend(children.into_iter().rev().map(|child| (child, world_from_node)));
+        let first_child = stack.len();
+        stack.extend(node.children().map(|child| (child, world_from_node)));
+        stack[first_child..].reverse();
+        placed.push((node, world_from_node));
     }
-    Ok(flattener.finish())
+    Ok(placed)
+}
+
+/// Refuses more triangles than can be used before any is read: instances and accessors that primitives share
+/// let a small file claim any number.
+fn check_triangle_count(document: &Document, nodes: &[(gltf::Node<'_>, Mat4)]) -> Result<(), Reason> {
+    let mut of_mesh = Vec::new();
+    for mesh in document.meshes() {
+        of_mesh.push(mesh.primitives().map(|p| claimed_triangles(&p)).fold(0, usize::saturating_add));
+    }
+    let meshes = nodes.iter().filter_map(|(node, _)| node.mesh());
+    let triangles = meshes.map(|mesh| of_mesh[mesh.index()]).fold(0, usize::saturating_add);
+    if triangles > MAX_TRIANGLES {
+        return Err(format!(
+            "with all instances it claims {triangles} triangles; at most {MAX_TRIANGLES} can be used"
+        ));
+    }
+    Ok(())
 }
 
 fn root_nodes(document: &Document) -> Vec<gltf::Node<'_>> {
@@ -67,8 +90,6 @@ struct Flattener<'a> {
     scene: Scene,
     /// Each mesh is read once, however many nodes show it.
     meshes: HashMap<usize, Vec<Primitive>>,
-    /// Vertices in `meshes`.
-    mesh_vertices: usize,
 }
 
 impl Flattener<'_> {
@@ -90,19 +111,12 @@ impl Flattener<'_> {
             self.meshes.insert(mesh.index(), primitives);
         }
         for primitive in &self.meshes[&mesh.index()] {
-            let vertices = self.scene.positions.len() + primitive.positions.len();
-            let triangles = self.scene.triangles.len() + primitive.triangles.len();
-            if vertices.max(triangles) > MAX_ELEMENTS {
-                return Err(too_many_elements());
-            }
             append_instance(&mut self.scene, primitive, world_from_node, self.warnings)
                 .map_err(|reason| format!("nodes[{}]: {reason}", node.index()))?;
         }
         Ok(())
     }
 
-    /// Reads all primitives. Several may share one accessor, so what they claim together can exceed what the
-    /// file holds, and is counted.
     fn import_mesh(&mut self, mesh: &gltf::Mesh<'_>) -> Result<Vec<Primitive>, Reason> {
         let mut primitives = Vec::new();
         for source in mesh.primitives() {
@@ -110,10 +124,6 @@ impl Flattener<'_> {
                 .map_err(|reason| {
                     format!("meshes[{}].primitives[{}]: {reason}", mesh.index(), source.index())
                 })?;
-            self.mesh_vertices += primitive.as_ref().map_or(0, |primitive| primitive.positions.len());
-            if self.mesh_vertices > MAX_ELEMENTS {
-                return Err(too_many_elements());
-            }
             primitives.extend(primitive);
         }
         Ok(primitives)
@@ -126,10 +136,6 @@ impl Flattener<'_> {
         }
         scene
     }
-}
-
-fn too_many_elements() -> Reason {
-    format!("with all instances it has more than {MAX_ELEMENTS} vertices or triangles; simplify it")
 }
 
 /// Appends a primitive in world space. Under a mirroring transform triangles are wound the other way round, so

@@ -1,14 +1,14 @@
 //! Mesh primitives as triangles in mesh space.
 
 use gltf::accessor::Dimensions;
-use gltf::mesh::Semantic;
+use gltf::mesh::{Mode, Semantic};
 use probelight_math::glam::{Vec2, Vec3, Vec4};
 
 use super::accessors::Elements;
 use super::materials::Materials;
 use super::resources::Resources;
 use super::tangents::add_tangents;
-use super::topology::{MAX_ELEMENTS, compact, corner_indices, triangles_from_mode, unshared};
+use super::topology::{claimed_triangles, compact, corner_indices, triangles_from_mode, unshared};
 use super::{Reason, Warnings};
 
 /// Triangles of one primitive. All per-vertex arrays have the same length, but for `uv1`, which may be empty.
@@ -87,19 +87,15 @@ pub(super) fn import_primitive(
     materials: &Materials,
     warnings: &mut Warnings,
 ) -> Result<Option<Primitive>, Reason> {
+    if matches!(source.mode(), Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
+        warnings.add("primitives of points or lines, left out", 1);
+    }
+    if claimed_triangles(source) == 0 {
+        return Ok(None);
+    }
     let Some(attributes) = Attributes::new(source, resources)? else { return Ok(None) };
     let corners = corner_indices(source, attributes.positions.count, resources)?;
-    let Some(triangles) = triangles_from_mode(source.mode(), &corners) else {
-        warnings.add("primitives of points or lines, left out", 1);
-        return Ok(None);
-    };
-    if triangles.len() > MAX_ELEMENTS / 3 {
-        return Err(format!(
-            "it has {} triangles; at most {} can be used",
-            triangles.len(),
-            MAX_ELEMENTS / 3
-        ));
-    }
+    let triangles = triangles_from_mode(source.mode(), &corners);
     count_ignored(source, warnings);
 
     // Flat normals need vertices that no two triangles share.

@@ -1,14 +1,25 @@
 //! Which vertices make up which triangle.
 
 use gltf::accessor::{DataType, Dimensions};
-use gltf::mesh::Mode;
+use gltf::mesh::{Mode, Semantic};
 
 use super::Reason;
 use super::accessors::Elements;
 use super::resources::Resources;
 
-/// Most vertices or triangles of a flattened scene: about 4 GB of them.
-pub(super) const MAX_ELEMENTS: usize = 1 << 26;
+/// Most triangles of a flattened scene: about 4 GB of them and their vertices.
+pub(super) const MAX_TRIANGLES: usize = 20_000_000;
+
+/// How many triangles a primitive says it has; none for points and lines.
+pub(super) fn claimed_triangles(source: &gltf::Primitive<'_>) -> usize {
+    let corners = source.indices().or_else(|| source.get(&Semantic::Positions));
+    let count = corners.map_or(0, |accessor| accessor.count());
+    match source.mode() {
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => 0,
+        Mode::Triangles => count / 3,
+        Mode::TriangleStrip | Mode::TriangleFan => count.saturating_sub(2),
+    }
+}
 
 /// The vertex of each corner, checked to exist.
 pub(super) fn corner_indices(
@@ -16,20 +27,11 @@ pub(super) fn corner_indices(
     vertex_count: usize,
     resources: &Resources<'_>,
 ) -> Result<Vec<u32>, Reason> {
-    let too_many = |count: usize| format!("it has {count} vertices; at most {MAX_ELEMENTS} can be used");
-    let Some(accessor) = source.indices() else {
-        if vertex_count > MAX_ELEMENTS {
-            return Err(too_many(vertex_count));
-        }
-        return Ok((0..vertex_count as u32).collect());
-    };
+    let Some(accessor) = source.indices() else { return Ok((0..vertex_count as u32).collect()) };
     if !matches!(accessor.data_type(), DataType::U8 | DataType::U16 | DataType::U32) {
         return Err(format!("accessors[{}]: indices must be unsigned integers", accessor.index()));
     }
     let elements = Elements::new(&accessor, Dimensions::Scalar, resources)?;
-    if elements.count > 3 * MAX_ELEMENTS {
-        return Err(too_many(elements.count));
-    }
     let indices: Vec<u32> = (0..elements.count).map(|i| elements.index(i)).collect();
     match indices.iter().find(|index| **index as usize >= vertex_count) {
         Some(index) => Err(format!("index {index} is out of range: there are {vertex_count} vertices")),
@@ -37,21 +39,18 @@ pub(super) fn corner_indices(
     }
 }
 
-/// Triangles of a list, strip or fan, all with the strip's or fan's own front face; `None` for points and lines.
-pub(super) fn triangles_from_mode(mode: Mode, corners: &[u32]) -> Option<Vec<[u32; 3]>> {
+/// Triangles of a list, strip or fan, wound like their first one; none of points and lines.
+pub(super) fn triangles_from_mode(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
+    let rim = corners.get(1..).unwrap_or_default();
     match mode {
-        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => None,
-        Mode::Triangles => Some(corners.as_chunks::<3>().0.to_vec()),
-        Mode::TriangleStrip => Some(
-            corners
-                .windows(3)
-                .enumerate()
-                .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] })
-                .collect(),
-        ),
-        Mode::TriangleFan => {
-            Some(corners.get(1..).unwrap_or_default().windows(2).map(|w| [corners[0], w[0], w[1]]).collect())
-        }
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Vec::new(),
+        Mode::Triangles => corners.as_chunks().0.to_vec(),
+        Mode::TriangleStrip => corners
+            .windows(3)
+            .enumerate()
+            .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] })
+            .collect(),
+        Mode::TriangleFan => rim.windows(2).map(|w| [corners[0], w[0], w[1]]).collect(),
     }
 }
 
@@ -77,13 +76,13 @@ mod tests {
 
     #[test]
     fn strips_keep_their_front_face_and_fans_their_hub() {
-        let strip = triangles_from_mode(Mode::TriangleStrip, &[0, 1, 2, 3]);
-        assert_eq!(strip, Some(vec![[0, 1, 2], [1, 3, 2]]));
-        let fan = triangles_from_mode(Mode::TriangleFan, &[7, 1, 2, 3]);
-        assert_eq!(fan, Some(vec![[7, 1, 2], [7, 2, 3]]));
-        assert_eq!(triangles_from_mode(Mode::TriangleFan, &[]), Some(vec![]));
-        assert_eq!(triangles_from_mode(Mode::Triangles, &[0, 1, 2, 3]), Some(vec![[0, 1, 2]]));
-        assert_eq!(triangles_from_mode(Mode::LineStrip, &[0, 1, 2]), None);
+        assert_eq!(triangles_from_mode(Mode::TriangleStrip, &[0, 1, 2, 3]), [[0, 1, 2], [1, 3, 2]]);
+        assert_eq!(triangles_from_mode(Mode::TriangleFan, &[7, 1, 2, 3]), [[7, 1, 2], [7, 2, 3]]);
+        assert_eq!(triangles_from_mode(Mode::Triangles, &[0, 1, 2, 3]), [[0, 1, 2]]);
+        for mode in [Mode::TriangleFan, Mode::TriangleStrip, Mode::Triangles] {
+            assert!(triangles_from_mode(mode, &[]).is_empty());
+        }
+        assert!(triangles_from_mode(Mode::LineStrip, &[0, 1, 2]).is_empty());
     }
 
     #[test]
