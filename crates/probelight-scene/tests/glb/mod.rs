@@ -104,10 +104,14 @@ impl Glb {
     }
 }
 
+thread_local! {
+    /// One folder a thread: making one for each file would take most of the tests' time.
+    static FOLDER: tempfile::TempDir = tempfile::tempdir().unwrap();
+}
+
 /// Loads bytes as if they were a file named `scene.glb`.
 pub(crate) fn load_bytes(bytes: &[u8]) -> Result<Scene, SceneError> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.glb");
+    let path = FOLDER.with(|folder| folder.path().join("scene.glb"));
     std::fs::write(&path, bytes).unwrap();
     load_gltf(&path)
 }
