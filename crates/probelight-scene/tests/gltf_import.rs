@@ -92,6 +92,13 @@ fn normals_follow_uneven_scales_and_flattening() {
     let scene = glb.load().unwrap();
     assert!(scene.normals[0].abs_diff_eq(Vec3::new(0.0, -4.0, 1.0).normalize(), 1e-6));
 
+    for scale in [1e-9, 1e9] {
+        let mut glb = with_normals();
+        glb.json["nodes"][0]["scale"] = json!([scale, scale, -scale]);
+        let scene = glb.load().unwrap();
+        assert_eq!((scene.normals[0], scene.geometric_normal(0)), (Vec3::NEG_Z, Vec3::NEG_Z));
+    }
+
     let mut flat = with_normals();
     flat.json["nodes"][0]["scale"] = json!([1, 1, 0]);
     assert_eq!(flat.load().unwrap().normals[0], Vec3::Z);

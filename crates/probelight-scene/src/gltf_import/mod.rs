@@ -63,8 +63,17 @@ impl Warnings {
 pub fn load_gltf(path: &Path) -> Result<Scene, SceneError> {
     let bytes =
         resources::read_file(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+    parse_gltf(&bytes, path)
+}
+
+/// Like [`load_gltf`], for a file already in memory. `path` is the name in errors; relative URIs start from
+/// its folder.
+///
+/// # Errors
+/// [`SceneError::Gltf`], as [`load_gltf`].
+pub fn parse_gltf(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    scene_from_bytes(&bytes, folder).map_err(|reason| SceneError::Gltf { path: path.into(), reason })
+    scene_from_bytes(bytes, folder).map_err(|reason| SceneError::Gltf { path: path.into(), reason })
 }
 
 fn scene_from_bytes(bytes: &[u8], folder: &Path) -> Result<Scene, Reason> {

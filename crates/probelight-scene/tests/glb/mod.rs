@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use probelight_scene::{Scene, SceneError, load_gltf};
+use probelight_scene::{Scene, SceneError, load_gltf, parse_gltf};
 use serde_json::{Value, json};
 
 pub(crate) const U8: u32 = 5121;
@@ -104,16 +104,9 @@ impl Glb {
     }
 }
 
-thread_local! {
-    /// One folder a thread: making one for each file would take most of the tests' time.
-    static FOLDER: tempfile::TempDir = tempfile::tempdir().unwrap();
-}
-
-/// Loads bytes as if they were a file named `scene.glb`.
+/// Reads bytes as if they were a file named `scene.glb`.
 pub(crate) fn load_bytes(bytes: &[u8]) -> Result<Scene, SceneError> {
-    let path = FOLDER.with(|folder| folder.path().join("scene.glb"));
-    std::fs::write(&path, bytes).unwrap();
-    load_gltf(&path)
+    parse_gltf(bytes, Path::new("scene.glb"))
 }
 
 /// Loads a scene of the repository.
