@@ -15,7 +15,7 @@ mod setup;
 
 pub use camera::Camera;
 pub use error::{SceneError, Warning};
-pub use gltf_import::load_gltf;
+pub use gltf_import::{load_gltf, parse_gltf};
 pub use light::{Illumination, Light, Lighting, Sky};
 pub use material::{AlphaMode, Material, Texture, TextureSlot};
 pub use scene::{Bounds, Scene};

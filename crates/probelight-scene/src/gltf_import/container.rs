@@ -2,8 +2,9 @@
 
 use gltf::Document;
 use gltf::json;
+use gltf::json::validation::Checked;
 
-use super::Reason;
+use super::{Reason, Warnings};
 
 /// Extensions that may stand in `extensionsRequired`.
 const SUPPORTED_EXTENSIONS: [&str; 4] = [
@@ -15,13 +16,19 @@ const SUPPORTED_EXTENSIONS: [&str; 4] = [
 
 /// Parses `.glb` (told by its magic number) or `.gltf` and checks every index. Returns the document and the
 /// binary chunk, if there is one.
-pub(super) fn parse(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), Reason> {
+pub(super) fn parse<'a>(
+    bytes: &'a [u8],
+    warnings: &mut Warnings,
+) -> Result<(Document, Option<&'a [u8]>), Reason> {
     let (text, binary) = if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (bytes, None) };
     let mut root = json::Root::from_slice(text)
         .map_err(|error| format!("its JSON cannot be read ({error}); export it again as glTF 2.0"))?;
     check_version(&root)?;
     check_required_extensions(&mut root)?;
-    check_before_validation(&root)?;
+    for name in root.extensions_used.iter().filter(|name| !SUPPORTED_EXTENSIONS.contains(&name.as_str())) {
+        warnings.add(format!("extension {name}, which is not supported and not required, ignored"), 1);
+    }
+    prepare_for_validation(&mut root)?;
     let document = Document::from_json(root).map_err(|error| reason_from_validation(&error))?;
     Ok((document, binary))
 }
@@ -64,6 +71,7 @@ fn check_version(root: &json::Root) -> Result<(), Reason> {
     Err(format!("it is glTF {version}; only glTF 2.x can be read"))
 }
 
+/// Refuses the file if it cannot be shown without an extension that is not supported.
 fn check_required_extensions(root: &mut json::Root) -> Result<(), Reason> {
     let unsupported: Vec<&str> = root
         .extensions_required
@@ -83,8 +91,8 @@ fn check_required_extensions(root: &mut json::Root) -> Result<(), Reason> {
     Ok(())
 }
 
-/// What the `gltf` crate's validation and views take for granted, and would panic on.
-fn check_before_validation(root: &json::Root) -> Result<(), Reason> {
+/// Refuses or repairs what the `gltf` crate takes for granted, and would panic on.
+fn prepare_for_validation(root: &mut json::Root) -> Result<(), Reason> {
     let accessors = root.accessors.len();
     for (m, mesh) in root.meshes.iter().enumerate() {
         for (p, primitive) in mesh.primitives.iter().enumerate() {
@@ -93,9 +101,21 @@ fn check_before_validation(root: &json::Root) -> Result<(), Reason> {
             }
         }
     }
-    for (i, image) in root.images.iter().enumerate() {
+    for (i, image) in root.images.iter_mut().enumerate() {
         if image.uri.is_none() && image.buffer_view.is_none() {
             return Err(format!("images[{i}] has neither a uri nor a bufferView"));
+        }
+        // Images are told by their content.
+        image.mime_type.get_or_insert_with(|| json::image::MimeType(String::new()));
+    }
+    for (c, camera) in root.cameras.iter().enumerate() {
+        let complete = match camera.type_ {
+            Checked::Valid(json::camera::Type::Perspective) => camera.perspective.is_some(),
+            Checked::Valid(json::camera::Type::Orthographic) => camera.orthographic.is_some(),
+            Checked::Invalid => true,
+        };
+        if !complete {
+            return Err(format!("cameras[{c}] lacks the numbers for its type"));
         }
     }
     Ok(())

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use gltf::Document;
 use gltf::texture::{TextureTransform, WrappingMode};
 use probelight_math::glam::{Mat2, Vec2, Vec3, Vec4};
+use serde_json::Value;
 
 use super::resources::Resources;
 use super::{Reason, Warnings, images};
@@ -12,6 +13,8 @@ use crate::{AlphaMode, Material, Texture, TextureSlot};
 
 /// Most bytes of decoded textures in one scene.
 const MAX_TEXTURE_BYTES: usize = 4 << 30;
+
+const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
 
 /// All materials of a document. The last one is glTF's default, for primitives without a material.
 pub(super) struct Materials {
@@ -38,12 +41,26 @@ pub(super) struct UvTransform {
 impl UvTransform {
     const IDENTITY: Self = Self { matrix: Mat2::IDENTITY, offset: Vec2::ZERO };
 
-    /// Offset, then rotation, then scale, as `KHR_texture_transform` orders them.
-    fn new(transform: &TextureTransform<'_>) -> Self {
-        let (sin, cos) = transform.rotation().sin_cos();
-        let scale = Vec2::from(transform.scale());
+    /// First scale, then rotation (counter-clockwise in images whose v points down), then offset.
+    fn new(scale: Vec2, rotation: f32, offset: Vec2) -> Self {
+        let (sin, cos) = rotation.sin_cos();
         let rotation = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
-        Self { matrix: rotation * Mat2::from_diagonal(scale), offset: Vec2::from(transform.offset()) }
+        Self { matrix: rotation * Mat2::from_diagonal(scale), offset }
+    }
+
+    fn from_extension(extension: &TextureTransform<'_>) -> Self {
+        Self::new(extension.scale().into(), extension.rotation(), extension.offset().into())
+    }
+
+    /// Missing and malformed members have their default value.
+    fn from_json(extension: &Value) -> Self {
+        let number = |json: &Value| json.as_f64().map(|number| number as f32);
+        let vector = |name: &str, default: Vec2| {
+            let member = |i: usize| extension.get(name)?.get(i).and_then(number);
+            Vec2::new(member(0).unwrap_or(default.x), member(1).unwrap_or(default.y))
+        };
+        let rotation = extension.get("rotation").and_then(number).unwrap_or(0.0);
+        Self::new(vector("scale", Vec2::ONE), rotation, vector("offset", Vec2::ZERO))
     }
 
     pub(super) fn apply(&self, uv: Vec2) -> Vec2 {
@@ -86,51 +103,76 @@ struct SlotSource<'a> {
 }
 
 impl<'a> SlotSource<'a> {
-    fn new(info: &gltf::texture::Info<'a>) -> Self {
+    fn from_info(info: &gltf::texture::Info<'a>) -> Self {
         let transform = info.texture_transform();
         Self {
             texture: info.texture(),
             tex_coord: transform.as_ref().and_then(|t| t.tex_coord()).unwrap_or(info.tex_coord()),
-            transform: transform.map_or(UvTransform::IDENTITY, |t| UvTransform::new(&t)),
+            transform: transform.map_or(UvTransform::IDENTITY, |t| UvTransform::from_extension(&t)),
         }
     }
+
+    /// Normal and occlusion textures, whose transform the crate leaves as JSON.
+    fn from_json(texture: gltf::Texture<'a>, tex_coord: u32, extension: Option<&Value>) -> Self {
+        let tex_coord = extension
+            .and_then(|json| json.get("texCoord"))
+            .and_then(Value::as_u64)
+            .map_or(tex_coord, |set| u32::try_from(set).unwrap_or(u32::MAX));
+        Self {
+            texture,
+            tex_coord,
+            transform: extension.map_or(UvTransform::IDENTITY, UvTransform::from_json),
+        }
+    }
+
+    fn normal(info: &gltf::material::NormalTexture<'a>) -> Self {
+        Self::from_json(info.texture(), info.tex_coord(), info.extension_value(TEXTURE_TRANSFORM))
+    }
+
+    fn occlusion(info: &gltf::material::OcclusionTexture<'a>) -> Self {
+        Self::from_json(info.texture(), info.tex_coord(), info.extension_value(TEXTURE_TRANSFORM))
+    }
 }
+
+/// The transform that a material's textures agree on, for each set of texture coordinates.
+type AgreedTransforms = [Option<UvTransform>; 2];
 
 impl Importer<'_> {
     fn material(&mut self, source: &gltf::Material<'_>) -> Result<(Material, [UvTransform; 2]), Reason> {
         let pbr = source.pbr_metallic_roughness();
-        let mut transforms = [None; 2];
-        let base_color = pbr.base_color_texture().map(|info| SlotSource::new(&info));
-        let metallic_roughness = pbr.metallic_roughness_texture().map(|info| SlotSource::new(&info));
-        let emissive = source.emissive_texture().map(|info| SlotSource::new(&info));
-        // The crate knows the transform of these two only as unparsed JSON.
-        let normal = source.normal_texture();
-        let normal_source = normal.as_ref().map(|info| SlotSource {
-            texture: info.texture(),
-            tex_coord: info.tex_coord(),
-            transform: UvTransform::IDENTITY,
-        });
-        let occlusion = source.occlusion_texture().map(|info| SlotSource {
-            texture: info.texture(),
-            tex_coord: info.tex_coord(),
-            transform: UvTransform::IDENTITY,
-        });
-        let material = Material {
+        let mut transforms = AgreedTransforms::default();
+        let mut slot = |from: Option<SlotSource<'_>>| self.slot(from, &mut transforms);
+        let mut material = Material {
             name: source.name().unwrap_or_default().into(),
             base_color: Vec4::from(pbr.base_color_factor()),
-            base_color_texture: self.slot(base_color, &mut transforms)?,
+            base_color_texture: slot(pbr.base_color_texture().map(|t| SlotSource::from_info(&t)))?,
             metallic: pbr.metallic_factor(),
             roughness: pbr.roughness_factor(),
-            metallic_roughness_texture: self.slot(metallic_roughness, &mut transforms)?,
-            normal_texture: self.slot(normal_source, &mut transforms)?,
-            normal_scale: normal.map_or(1.0, |info| info.scale()),
-            occlusion_texture: self.slot(occlusion, &mut transforms)?,
+            metallic_roughness_texture: slot(
+                pbr.metallic_roughness_texture().map(|t| SlotSource::from_info(&t)),
+            )?,
+            normal_texture: slot(source.normal_texture().map(|t| SlotSource::normal(&t)))?,
+            normal_scale: source.normal_texture().map_or(1.0, |t| t.scale()),
+            occlusion_texture: slot(source.occlusion_texture().map(|t| SlotSource::occlusion(&t)))?,
             emission: Vec3::from(source.emissive_factor()) * source.emissive_strength().unwrap_or(1.0),
-            emissive_texture: self.slot(emissive, &mut transforms)?,
+            emissive_texture: slot(source.emissive_texture().map(|t| SlotSource::from_info(&t)))?,
             alpha_mode: self.alpha_mode(source),
             double_sided: source.double_sided(),
         };
+        self.clamp_factors(&mut material);
         Ok((material, transforms.map(|transform| transform.unwrap_or(UvTransform::IDENTITY))))
+    }
+
+    /// Keeps factors in the range the specification gives them: an albedo above 1 would create energy.
+    fn clamp_factors(&mut self, material: &mut Material) {
+        let given = material.clone();
+        material.base_color = given.base_color.clamp(Vec4::ZERO, Vec4::ONE);
+        material.metallic = given.metallic.clamp(0.0, 1.0);
+        material.roughness = given.roughness.clamp(0.0, 1.0);
+        material.emission = given.emission.clamp(Vec3::ZERO, Vec3::MAX);
+        if *material != given {
+            self.warnings.add("materials with factors out of range, clamped", 1);
+        }
     }
 
     fn alpha_mode(&mut self, source: &gltf::Material<'_>) -> AlphaMode {
@@ -149,7 +191,7 @@ impl Importer<'_> {
     fn slot(
         &mut self,
         source: Option<SlotSource<'_>>,
-        transforms: &mut [Option<UvTransform>; 2],
+        transforms: &mut AgreedTransforms,
     ) -> Result<Option<TextureSlot>, Reason> {
         let Some(source) = source else { return Ok(None) };
         let Some(image) = source.texture.source() else {

@@ -9,8 +9,8 @@
 //! | `resources` | URIs, buffer views | bytes |
 //! | `accessors` | bytes | typed elements |
 //! | `images`, `materials` | documents' materials | [`Material`](crate::Material)s with [`Texture`](crate::Texture)s |
-//! | `primitives`, `tangents` | accessors | triangles in mesh space |
-//! | `nodes` | node tree | instances, lights and cameras in world space |
+//! | `primitives`, `topology`, `tangents` | accessors | triangles in mesh space |
+//! | `nodes`, `lights` | node tree | instances, lights and cameras in world space |
 
 mod accessors;
 mod container;
@@ -21,6 +21,7 @@ mod nodes;
 mod primitives;
 mod resources;
 mod tangents;
+mod topology;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -62,14 +63,23 @@ impl Warnings {
 pub fn load_gltf(path: &Path) -> Result<Scene, SceneError> {
     let bytes =
         resources::read_file(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+    parse_gltf(&bytes, path)
+}
+
+/// Like [`load_gltf`], for a file already in memory. `path` is the name in errors; relative URIs start from
+/// its folder.
+///
+/// # Errors
+/// [`SceneError::Gltf`], as [`load_gltf`].
+pub fn parse_gltf(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    scene_from_bytes(&bytes, folder).map_err(|reason| SceneError::Gltf { path: path.into(), reason })
+    scene_from_bytes(bytes, folder).map_err(|reason| SceneError::Gltf { path: path.into(), reason })
 }
 
 fn scene_from_bytes(bytes: &[u8], folder: &Path) -> Result<Scene, Reason> {
-    let (document, binary) = container::parse(bytes)?;
-    let resources = resources::Resources::load(&document, binary, folder)?;
     let mut warnings = Warnings::default();
+    let (document, binary) = container::parse(bytes, &mut warnings)?;
+    let resources = resources::Resources::load(&document, binary, folder)?;
     let materials = materials::import_materials(&document, &resources, &mut warnings)?;
     let mut scene = nodes::flatten(&document, &resources, &materials, &mut warnings)?;
     scene.materials = materials.materials;

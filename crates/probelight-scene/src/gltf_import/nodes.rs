@@ -7,22 +7,34 @@ use probelight_math::glam::{Mat3, Mat4, Vec2, Vec3};
 
 use super::lights::{camera_at_node, light_at_node};
 use super::materials::Materials;
-use super::primitives::{MAX_ELEMENTS, Primitive, import_primitive};
+use super::primitives::{Primitive, import_primitive};
 use super::resources::Resources;
 use super::tangents::arbitrary_tangent;
+use super::topology::{MAX_TRIANGLES, claimed_triangles};
 use super::{Reason, Warnings};
 use crate::Scene;
 
-/// Visits the default scene's nodes, or all root nodes if there is no scene, and collects world-space
-/// triangles, lights and cameras in the order of the tree.
+/// Collects world-space triangles, lights and cameras of the default scene, in the order of its tree; of all
+/// root nodes if there is no scene.
 pub(super) fn flatten(
     document: &Document,
     resources: &Resources<'_>,
     materials: &Materials,
     warnings: &mut Warnings,
 ) -> Result<Scene, Reason> {
+    let nodes = placed_nodes(document)?;
+    check_triangle_count(document, &nodes)?;
     let mut flattener =
         Flattener { resources, materials, warnings, scene: Scene::default(), meshes: HashMap::new() };
+    for (node, world_from_node) in &nodes {
+        flattener.add_node(node, *world_from_node)?;
+    }
+    Ok(flattener.finish())
+}
+
+/// All nodes of the tree with their transforms, parents first.
+fn placed_nodes(document: &Document) -> Result<Vec<(gltf::Node<'_>, Mat4)>, Reason> {
+    let mut placed = Vec::new();
     let mut visited = vec![false; document.nodes().len()];
     // An explicit stack: files may nest deeper than the program's own.
     let mut stack: Vec<_> = root_nodes(document).into_iter().map(|node| (node, Mat4::IDENTITY)).collect();
@@ -35,11 +47,29 @@ pub(super) fn flatten(
         if !world_from_node.is_finite() {
             return Err(format!("the transform of nodes[{}] is not finite", node.index()));
         }
-        flattener.add_node(&node, world_from_node)?;
-        let children: Vec<_> = node.children().collect();
-        stack.extend(children.into_iter().rev().map(|child| (child, world_from_node)));
+        let first_child = stack.len();
+        stack.extend(node.children().map(|child| (child, world_from_node)));
+        stack[first_child..].reverse();
+        placed.push((node, world_from_node));
     }
-    Ok(flattener.finish())
+    Ok(placed)
+}
+
+/// Refuses more triangles than can be used before any is read: instances and accessors that primitives share
+/// let a small file claim any number.
+fn check_triangle_count(document: &Document, nodes: &[(gltf::Node<'_>, Mat4)]) -> Result<(), Reason> {
+    let mut of_mesh = Vec::new();
+    for mesh in document.meshes() {
+        of_mesh.push(mesh.primitives().map(|p| claimed_triangles(&p)).fold(0, usize::saturating_add));
+    }
+    let meshes = nodes.iter().filter_map(|(node, _)| node.mesh());
+    let triangles = meshes.map(|mesh| of_mesh[mesh.index()]).fold(0, usize::saturating_add);
+    if triangles > MAX_TRIANGLES {
+        return Err(format!(
+            "with all instances it claims {triangles} triangles; at most {MAX_TRIANGLES} can be used"
+        ));
+    }
+    Ok(())
 }
 
 fn root_nodes(document: &Document) -> Vec<gltf::Node<'_>> {
@@ -81,13 +111,6 @@ impl Flattener<'_> {
             self.meshes.insert(mesh.index(), primitives);
         }
         for primitive in &self.meshes[&mesh.index()] {
-            let vertices = self.scene.positions.len() + primitive.positions.len();
-            let triangles = self.scene.triangles.len() + primitive.triangles.len();
-            if vertices.max(triangles) > MAX_ELEMENTS {
-                return Err(format!(
-                    "with all instances it has more than {MAX_ELEMENTS} vertices or triangles"
-                ));
-            }
             append_instance(&mut self.scene, primitive, world_from_node, self.warnings)
                 .map_err(|reason| format!("nodes[{}]: {reason}", node.index()))?;
         }

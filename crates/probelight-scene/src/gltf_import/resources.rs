@@ -11,6 +11,9 @@ use gltf::Document;
 
 use super::Reason;
 
+/// Most bytes of all buffers together. Many buffers may name the same file.
+const MAX_BUFFER_BYTES: usize = 8 << 30;
+
 /// Accepts data URIs with and without padding.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &base64::alphabet::STANDARD,
@@ -35,6 +38,7 @@ impl<'a> Resources<'a> {
     /// Reads all buffers; `binary` is the binary chunk of a `.glb`.
     pub(super) fn load(document: &Document, binary: Option<&'a [u8]>, folder: &Path) -> Result<Self, Reason> {
         let mut resources = Self { buffers: Vec::new(), folder: folder.into() };
+        let mut held_bytes = 0;
         for buffer in document.buffers() {
             let index = buffer.index();
             let bytes = match buffer.source() {
@@ -48,6 +52,10 @@ impl<'a> Resources<'a> {
                     Cow::Owned(resources.read_uri(uri).map_err(|e| format!("buffers[{index}]: {e}"))?)
                 }
             };
+            held_bytes += bytes.len();
+            if held_bytes > MAX_BUFFER_BYTES {
+                return Err(format!("its buffers hold more than {} GiB", MAX_BUFFER_BYTES >> 30));
+            }
             if bytes.len() < buffer.length() {
                 let (held, claimed) = (bytes.len(), buffer.length());
                 return Err(format!("buffers[{index}] holds {held} of the {claimed} bytes it claims"));

@@ -24,7 +24,10 @@ pub(super) fn parse(text: &str) -> Result<Setup, String> {
         "cameras",
         "eval_bounds",
     ])?;
-    root.required("version")?.number_within(1.0, 1.0)?;
+    let version = root.required("version")?;
+    if version.number()? != 1.0 {
+        return Err(version.error("only version 1 can be read"));
+    }
     Ok(Setup {
         name: root.required("name")?.text()?.into(),
         scene: root.required("scene")?.text()?.into(),

@@ -1,0 +1,503 @@
+//! Broken glTF files: each gives one error that says what is wrong, and costs little memory.
+
+#![allow(missing_docs, reason = "a test binary has no documentation")]
+
+#[expect(dead_code, reason = "other tests use the rest")]
+mod glb;
+
+use glb::{F32, Glb, U8, U16, U32, load_bytes};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+
+struct BadScene {
+    name: &'static str,
+    spoil: fn(&mut Glb),
+    /// Part of the message.
+    message: &'static str,
+}
+
+const BAD_SCENES: &[BadScene] = &[
+    BadScene { name: "no meshes", spoil: |glb| glb.json["nodes"] = json!([{}]), message: "no triangles" },
+    BadScene {
+        name: "only triangles without area",
+        spoil: |glb| glb.binary[..36].fill(0),
+        message: "no triangles",
+    },
+    BadScene {
+        name: "scaled to nothing",
+        spoil: |glb| glb.json["nodes"][0]["scale"] = json!([0, 0, 0]),
+        message: "no triangles",
+    },
+    BadScene {
+        name: "NaN position",
+        spoil: |glb| glb.binary[0..4].copy_from_slice(&f32::NAN.to_le_bytes()),
+        message: "meshes[0].primitives[0]: position 0 is not finite",
+    },
+    BadScene {
+        name: "infinite position",
+        spoil: |glb| glb.binary[16..20].copy_from_slice(&f32::INFINITY.to_le_bytes()),
+        message: "position 1 is not finite",
+    },
+    BadScene {
+        name: "triangle whose area overflows",
+        spoil: |glb| glb.json["nodes"][0]["scale"] = json!([3e37, 3e37, 3e37]),
+        message: "more than a number can hold",
+    },
+    BadScene {
+        name: "transform beyond the range of numbers",
+        spoil: |glb| glb.json["nodes"][0]["translation"] = json!([1e39, 0, 0]),
+        message: "transform",
+    },
+    BadScene {
+        name: "index out of range",
+        spoil: |glb| glb.binary[40] = 3,
+        message: "index 3 is out of range: there are 3 vertices",
+    },
+    BadScene {
+        name: "a thousand million vertices",
+        spoil: |glb| glb.json["accessors"][0]["count"] = json!(1_000_000_000),
+        message: "accessors[0]: its 1000000000 elements of 12 bytes do not fit",
+    },
+    BadScene {
+        name: "a count whose size in bytes overflows",
+        spoil: |glb| glb.json["accessors"][0]["count"] = json!(u64::MAX),
+        message: "do not fit",
+    },
+    BadScene {
+        name: "a thousand million indices",
+        spoil: |glb| glb.json["accessors"][1]["count"] = json!(1_000_000_000),
+        message: "claims 333333333 triangles; at most",
+    },
+    BadScene {
+        name: "a thousand million zeros by a sparse accessor",
+        spoil: |glb| {
+            glb.json["accessors"][0] = json!({
+                "componentType": F32, "type": "VEC3", "count": 1_000_000_000,
+                "min": [0, 0, 0], "max": [0, 0, 0],
+                "sparse": {"count": 1, "indices": {"bufferView": 1, "componentType": U16},
+                           "values": {"bufferView": 0}}
+            });
+        },
+        message: "has no data for them",
+    },
+    BadScene {
+        name: "sparse index out of range",
+        spoil: |glb| {
+            glb.json["accessors"][0]["sparse"] = json!({
+                "count": 3, "indices": {"bufferView": 2, "componentType": U8},
+                "values": {"bufferView": 0}
+            });
+            glb.push_view(&[0, 1, 3]);
+        },
+        message: "a sparse index lies beyond its 3 elements",
+    },
+    BadScene {
+        name: "sparse indices that do not increase",
+        spoil: |glb| {
+            glb.json["accessors"][0]["sparse"] = json!({
+                "count": 2, "indices": {"bufferView": 2, "componentType": U8},
+                "values": {"bufferView": 0}
+            });
+            glb.push_view(&[1, 1]);
+        },
+        message: "do not increase",
+    },
+    BadScene {
+        name: "buffer view beyond its buffer",
+        spoil: |glb| glb.json["bufferViews"][0]["byteOffset"] = json!(1000),
+        message: "bufferViews[0] reaches beyond its buffer",
+    },
+    BadScene {
+        name: "buffer view whose end overflows",
+        spoil: |glb| glb.json["bufferViews"][0]["byteOffset"] = json!(u64::MAX),
+        message: "bufferViews[0] reaches beyond its buffer",
+    },
+    BadScene {
+        name: "accessor offset beyond its view",
+        spoil: |glb| glb.json["accessors"][0]["byteOffset"] = json!(u64::MAX),
+        message: "do not fit",
+    },
+    BadScene {
+        name: "overlapping elements",
+        spoil: |glb| glb.json["bufferViews"][0]["byteStride"] = json!(4),
+        message: "overlap",
+    },
+    BadScene {
+        name: "accessor that does not exist",
+        spoil: |glb| glb.primitive()["attributes"]["POSITION"] = json!(7),
+        message: "meshes[0].primitives[0] uses accessor 7, of 2",
+    },
+    BadScene {
+        name: "mesh that does not exist",
+        spoil: |glb| glb.json["nodes"][0]["mesh"] = json!(5),
+        message: "nodes[0].mesh",
+    },
+    BadScene {
+        name: "positions of the wrong type",
+        spoil: |glb| glb.json["accessors"][0]["type"] = json!("VEC2"),
+        message: "Vec3 elements expected, Vec2 found",
+    },
+    BadScene {
+        name: "floating-point indices",
+        spoil: |glb| {
+            let indices = glb.push_accessor(F32, "SCALAR", 3, &[0; 12]);
+            glb.primitive()["indices"] = json!(indices);
+        },
+        message: "indices must be unsigned integers",
+    },
+    BadScene {
+        name: "fewer normals than positions",
+        spoil: |glb| {
+            let normals = glb.push_floats("VEC3", &[0.0, 0.0, 1.0]);
+            glb.primitive()["attributes"]["NORMAL"] = json!(normals);
+        },
+        message: "1 elements for 3 positions",
+    },
+    BadScene {
+        name: "claims more bytes than its chunk holds",
+        spoil: |glb| glb.json["buffers"] = json!([{"byteLength": 4_000_000_000u32}]),
+        message: "buffers[0] holds 44 of the 4000000000 bytes",
+    },
+    BadScene {
+        name: "missing external buffer",
+        spoil: |glb| glb.json["buffers"] = json!([{"byteLength": 42, "uri": "nowhere.bin"}]),
+        message: "nowhere.bin",
+    },
+    BadScene {
+        name: "a folder for a buffer",
+        spoil: |glb| glb.json["buffers"] = json!([{"byteLength": 42, "uri": "."}]),
+        message: "not a regular file",
+    },
+    BadScene {
+        name: "buffer on the web",
+        spoil: |glb| glb.json["buffers"] = json!([{"byteLength": 42, "uri": "https://example.org/a.bin"}]),
+        message: "not a relative path",
+    },
+    BadScene {
+        name: "URI that is not text",
+        spoil: |glb| glb.json["buffers"] = json!([{"byteLength": 42, "uri": "%FF%FE.bin"}]),
+        message: "not a valid path",
+    },
+    BadScene {
+        name: "data URI with garbage",
+        spoil: |glb| {
+            let uri = "data:application/octet-stream;base64,!!!";
+            glb.json["buffers"] = json!([{"byteLength": 42, "uri": uri}]);
+        },
+        message: "not valid base64",
+    },
+    BadScene {
+        name: "data URI that is not base64",
+        spoil: |glb| glb.json["buffers"] = json!([{"byteLength": 2, "uri": "data:,ab"}]),
+        message: "not base64",
+    },
+    BadScene {
+        name: "second buffer without data",
+        spoil: |glb| glb.json["buffers"] = json!([{"byteLength": 42}, {"byteLength": 1}]),
+        message: "buffers[1] has no uri",
+    },
+    BadScene {
+        name: "required extension",
+        spoil: |glb| glb.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]),
+        message: "requires KHR_draco_mesh_compression, which is not supported",
+    },
+    BadScene {
+        name: "glTF 1.0",
+        spoil: |glb| glb.json["asset"]["version"] = json!("1.0"),
+        message: "glTF 1.0",
+    },
+    BadScene {
+        name: "node that is its own child",
+        spoil: |glb| glb.json["nodes"][0]["children"] = json!([0]),
+        message: "nodes[0] has two parents or is its own ancestor",
+    },
+    BadScene {
+        name: "nodes in a circle",
+        spoil: |glb| glb.json["nodes"] = json!([{"mesh": 0, "children": [1]}, {"children": [0]}]),
+        message: "its own ancestor",
+    },
+    BadScene {
+        name: "image that does not decode",
+        spoil: |glb| add_image(glb, b"this is not an image"),
+        message: "images[0]: cannot be decoded as PNG or JPEG",
+    },
+    BadScene {
+        name: "small image that claims to be enormous",
+        spoil: |glb| add_image(glb, &png_header(8000, 8000)),
+        message: "claims 8000 × 8000 texels",
+    },
+    BadScene {
+        name: "image with more texels than can be used",
+        spoil: |glb| add_image(glb, &png_header(100_000, 4)),
+        message: "100000 × 4 texels; at most",
+    },
+    BadScene {
+        name: "image from nowhere",
+        spoil: |glb| {
+            add_image(glb, b"");
+            glb.json["images"] = json!([{}]);
+        },
+        message: "images[0] has neither a uri nor a bufferView",
+    },
+    BadScene {
+        name: "camera without its numbers",
+        spoil: |glb| {
+            let lens = json!({"xmag": 1, "ymag": 1, "zfar": 1, "znear": 0});
+            glb.json["cameras"] = json!([{"type": "perspective", "orthographic": lens}]);
+            glb.json["nodes"][0]["camera"] = json!(0);
+        },
+        message: "cameras[0] lacks the numbers for its type",
+    },
+    BadScene {
+        name: "spot light without its cone",
+        spoil: |glb| {
+            glb.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "spot"}]}});
+        },
+        message: "spot",
+    },
+    BadScene {
+        name: "light that does not exist",
+        spoil: |glb| {
+            glb.json["nodes"][0]["extensions"] = json!({"KHR_lights_punctual": {"light": 3}});
+        },
+        message: "light",
+    },
+    BadScene {
+        name: "too many instances",
+        spoil: |glb| {
+            let vertices = glb.push_floats("VEC3", &vec![0.5; 3 * 300_000]);
+            glb.json["meshes"][0]["primitives"] = json!([{"attributes": {"POSITION": vertices}}]);
+            glb.json["nodes"] = json!(vec![json!({"mesh": 0}); 300]);
+            glb.json["scenes"][0]["nodes"] = (0..300).collect();
+        },
+        message: "claims 30000000 triangles",
+    },
+    BadScene {
+        name: "index type that does not exist",
+        spoil: |glb| glb.json["accessors"][1]["componentType"] = json!(5124),
+        message: "componentType",
+    },
+    BadScene {
+        name: "JSON of the wrong shape",
+        spoil: |glb| glb.json["nodes"] = json!({"mesh": 0}),
+        message: "its JSON cannot be read",
+    },
+    BadScene {
+        name: "32-bit index out of range",
+        spoil: |glb| {
+            let indices = glb.push_accessor(U32, "SCALAR", 3, &[0xff; 12]);
+            glb.primitive()["indices"] = json!(indices);
+        },
+        message: "index 4294967295 is out of range",
+    },
+];
+
+/// A material whose base colour is this image, used by the triangle.
+fn add_image(glb: &mut Glb, bytes: &[u8]) {
+    let view = glb.push_view(bytes);
+    glb.push("images", json!({"bufferView": view, "mimeType": "image/png"}));
+    glb.push("textures", json!({"source": 0}));
+    glb.push("materials", json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
+    glb.primitive()["material"] = json!(0);
+}
+
+/// A PNG file that ends after its (correct) header chunk and the start of its data.
+fn png_header(width: u32, height: u32) -> Vec<u8> {
+    let mut encoded = Vec::new();
+    let small = image::RgbaImage::new(1, 1);
+    image::DynamicImage::from(small)
+        .write_to(&mut std::io::Cursor::new(&mut encoded), image::ImageFormat::Png)
+        .unwrap();
+    encoded[16..20].copy_from_slice(&width.to_be_bytes());
+    encoded[20..24].copy_from_slice(&height.to_be_bytes());
+    let checksum = crc32(&encoded[12..29]);
+    encoded[29..33].copy_from_slice(&checksum.to_be_bytes());
+    encoded
+}
+
+/// The checksum of PNG chunks (ISO 3309).
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0u32, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xedb8_8320 } else { 0 })
+    })
+}
+
+#[test]
+fn each_broken_scene_is_refused_for_its_own_reason() {
+    assert!(Glb::triangle().load().is_ok());
+    let mut failures = Vec::new();
+    for bad in BAD_SCENES {
+        let mut glb = Glb::triangle();
+        (bad.spoil)(&mut glb);
+        match glb.load() {
+            Ok(_) => failures.push(format!("{}: was accepted", bad.name)),
+            Err(error) if error.to_string().contains(bad.message) => {
+                assert!(error.to_string().contains("scene.glb"), "{error}");
+            }
+            Err(error) => failures.push(format!("{}: {error}", bad.name)),
+        }
+    }
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+#[test]
+fn files_that_are_no_scene_are_refused() {
+    let whole = Glb::triangle().bytes();
+    let with_version = |version: u32| {
+        let mut bytes = whole.clone();
+        bytes[4..8].copy_from_slice(&version.to_le_bytes());
+        bytes
+    };
+    let with_length = |at: usize, length: u32| {
+        let mut bytes = whole.clone();
+        bytes[at..at + 4].copy_from_slice(&length.to_le_bytes());
+        bytes
+    };
+    for (bytes, message) in [
+        (b"".to_vec(), "JSON"),
+        (b"glTF".to_vec(), "truncated"),
+        (b"hello, world".to_vec(), "JSON"),
+        (b"{}".to_vec(), "asset"),
+        (vec![b'['; 1 << 20], "JSON"),
+        (whole[..whole.len() / 2].to_vec(), "truncated"),
+        (with_version(1), "version 1"),
+        (with_length(8, u32::MAX), "truncated"),
+        (with_length(8, 0), "buffers[0] has no uri"),
+        (with_length(12, u32::MAX), "truncated"),
+    ] {
+        let error = load_bytes(&bytes).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
+    }
+    let error = probelight_scene::load_gltf(std::path::Path::new("/no/such/scene.glb")).unwrap_err();
+    assert!(error.to_string().contains("cannot read /no/such/scene.glb"), "{error}");
+}
+
+#[test]
+fn deep_nesting_does_not_exhaust_the_stack() {
+    let mut glb = Glb::triangle();
+    let depth = 100_000;
+    let mut nodes: Vec<_> = (1..depth).map(|child| json!({"children": [child]})).collect();
+    nodes.push(json!({"mesh": 0, "translation": [0, 1, 0]}));
+    glb.json["nodes"] = json!(nodes);
+    let scene = glb.load().unwrap();
+    assert_eq!(scene.bounds().min.y, 1.0);
+}
+
+/// A scene with something of everything that is read.
+fn rich_scene() -> Glb {
+    let mut glb = Glb::triangle();
+    let normals = glb.push_floats("VEC3", &[0.0, 0.0, 1.0].repeat(3));
+    let tangents = glb.push_floats("VEC4", &[1.0, 0.0, 0.0, 1.0].repeat(3));
+    let uvs = glb.push_accessor(U8, "VEC2", 3, &[0, 0, 255, 0, 0, 255]);
+    let (sparse_indices, sparse_values) = (glb.push_view(&[1]), glb.push_view(&[0; 12]));
+    let mut image = std::io::Cursor::new(Vec::new());
+    image::RgbaImage::new(2, 2).write_to(&mut image, image::ImageFormat::Png).unwrap();
+    add_image(&mut glb, image.get_ref());
+    glb.json["accessors"][normals]["sparse"] = json!({
+        "count": 1, "indices": {"bufferView": sparse_indices, "byteOffset": 0, "componentType": U8},
+        "values": {"bufferView": sparse_values, "byteOffset": 0}
+    });
+    glb.json["accessors"][uvs]["normalized"] = json!(true);
+    glb.json["bufferViews"][0]["byteStride"] = json!(12);
+    glb.json["buffers"] = json!([{"byteLength": glb.binary.len()}]);
+    *glb.primitive() = json!({
+        "attributes": {"POSITION": 0, "NORMAL": normals, "TANGENT": tangents, "TEXCOORD_0": uvs,
+                       "COLOR_0": normals},
+        "indices": 1, "material": 0, "mode": 4, "targets": [{"POSITION": 0}]
+    });
+    let transform = json!({"KHR_texture_transform": {
+        "offset": [0, 1], "rotation": 1, "scale": [2, 2], "texCoord": 0
+    }});
+    let slot = json!({"index": 0, "texCoord": 0, "extensions": transform});
+    glb.json["materials"] = json!([{
+        "name": "all", "doubleSided": true, "alphaMode": "MASK", "alphaCutoff": 0.5,
+        "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 1], "metallicFactor": 0, "roughnessFactor": 1,
+                                 "baseColorTexture": slot, "metallicRoughnessTexture": slot},
+        "normalTexture": slot, "occlusionTexture": slot, "emissiveTexture": slot,
+        "emissiveFactor": [1, 1, 1],
+        "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 3}}
+    }]);
+    glb.json["samplers"] = json!([{"wrapS": 10497, "wrapT": 10497}]);
+    glb.json["textures"][0]["sampler"] = json!(0);
+    glb.json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+    glb.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [
+        {"type": "spot", "color": [1, 1, 1], "intensity": 2, "range": 3,
+         "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}}
+    ]}});
+    glb.json["cameras"] = json!([{
+        "type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1, "zfar": 9, "aspectRatio": 1.5}
+    }]);
+    glb.json["skins"] = json!([{"joints": [1]}]);
+    glb.json["nodes"] = json!([
+        {"mesh": 0, "skin": 0, "children": [1], "translation": [0, 0, 1], "rotation": [0, 0, 0, 1],
+         "scale": [1, 1, 1]},
+        {"camera": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
+         "extensions": {"KHR_lights_punctual": {"light": 0}}}
+    ]);
+    glb
+}
+
+/// JSON pointers to every value inside `value`.
+fn pointers(value: &Value, prefix: &str, found: &mut Vec<String>) {
+    let children: Vec<(String, &Value)> = match value {
+        Value::Object(members) => members.iter().map(|(name, value)| (name.clone(), value)).collect(),
+        Value::Array(values) => values.iter().enumerate().map(|(i, value)| (i.to_string(), value)).collect(),
+        _ => Vec::new(),
+    };
+    for (name, child) in children {
+        let pointer = format!("{prefix}/{name}");
+        pointers(child, &pointer, found);
+        found.push(pointer);
+    }
+}
+
+#[test]
+fn no_wrong_value_anywhere_makes_it_panic() {
+    let glb = rich_scene();
+    assert_eq!(glb.load().unwrap().textures.len(), 1);
+    let mut places = Vec::new();
+    pointers(&glb.json, "", &mut places);
+    assert!(places.len() > 200);
+    let wrong =
+        json!([null, 0, 1, 2, 7, -1, 0.5, 1e38, 1_000_000_000, u64::MAX, "", "%FF", true, [], [0], {}]);
+    for place in places {
+        for value in wrong.as_array().unwrap() {
+            let mut spoilt = Glb { json: glb.json.clone(), binary: glb.binary.clone() };
+            *spoilt.json.pointer_mut(&place).unwrap() = value.clone();
+            if let Ok(scene) = spoilt.load() {
+                assert!(scene.validate().is_ok(), "{place} = {value}");
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn flipped_bytes_never_panic(flips in prop::collection::vec((0usize..6124, any::<u8>()), 1..6)) {
+        let mut bytes = std::fs::read(glb::asset("cornell.glb")).unwrap();
+        for (at, value) in flips {
+            bytes[at] = value;
+        }
+        if let Ok(scene) = load_bytes(&bytes) {
+            prop_assert!(scene.validate().is_ok());
+        }
+    }
+
+    #[test]
+    fn flipped_digits_never_panic(flips in prop::collection::vec((0usize..2000, b'0'..=b'9'), 1..4)) {
+        let mut bytes = std::fs::read(glb::asset("cornell.glb")).unwrap();
+        let digits: Vec<usize> = (20..bytes.len()).filter(|at| bytes[*at].is_ascii_digit()).collect();
+        for (which, digit) in flips {
+            bytes[digits[which % digits.len()]] = digit;
+        }
+        let _ = load_bytes(&bytes);
+    }
+
+    #[test]
+    fn truncated_files_are_refused(length in 0usize..6124) {
+        let bytes = std::fs::read(glb::asset("cornell.glb")).unwrap();
+        prop_assert!(load_bytes(&bytes[..length]).is_err());
+    }
+}

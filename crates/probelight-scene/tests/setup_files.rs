@@ -1,0 +1,167 @@
+//! Setup files: what they mean, and what is refused.
+
+#![allow(missing_docs, reason = "a test binary has no documentation")]
+
+#[expect(dead_code, reason = "other tests use the rest")]
+mod glb;
+
+use probelight_math::glam::{Vec2, Vec3};
+use probelight_scene::{Bounds, Light, SceneError, Setup, Sky};
+use serde_json::{Value, json};
+
+fn evening() -> Value {
+    json!({
+        "version": 1, "name": "evening", "scene": "room.glb", "use_emissive": true, "emissive_scale": 2.5,
+        "lights": [
+            {"type": "point", "position": [0, 2, 0], "intensity": [9, 8, 7]},
+            {"type": "spot", "position": [1, 2, 3], "direction": [0, -4, 0], "intensity": [1, 2, 3],
+             "inner_deg": 30, "outer_deg": 60},
+            {"type": "directional", "direction": [3, -4, 0], "irradiance": [3, 2, 1]},
+            {"type": "sky", "radiance": [0.1, 0.2, 0.3]}
+        ],
+        "cameras": [
+            {"name": "front", "position": [0, 1, 5], "target": [0, 1, 0], "up": [0, 2, 0],
+             "vfov_deg": 90, "width": 640, "height": 480},
+            {"name": "side", "position": [5, 1, 0], "target": [0, 1, 0], "up": [0, 1, 0],
+             "vfov_deg": 40, "width": 64, "height": 48}
+        ],
+        "eval_bounds": [[-1, 0, -1], [1, 2, 1]]
+    })
+}
+
+fn load_text(text: &str) -> Result<Setup, SceneError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("setup.json");
+    std::fs::write(&path, text).unwrap();
+    Setup::load(&path)
+}
+
+#[test]
+fn every_field_is_read_in_its_unit() {
+    let setup = load_text(&evening().to_string()).unwrap();
+    assert_eq!((setup.name.as_str(), setup.scene.as_str()), ("evening", "room.glb"));
+    assert_eq!(setup.lighting.emissive_scale, 2.5);
+    assert_eq!(setup.lighting.sky, Sky::Uniform(Vec3::new(0.1, 0.2, 0.3)));
+    let [point, spot, sun] = &setup.lighting.lights[..] else { panic!("{:?}", setup.lighting) };
+    let intensity = Vec3::new(9.0, 8.0, 7.0);
+    assert_eq!(*point, Light::Point { position: Vec3::new(0.0, 2.0, 0.0), intensity });
+    let Light::Spot { direction, inner_angle, outer_angle, .. } = spot else { panic!("{spot:?}") };
+    assert_eq!(*direction, Vec3::NEG_Y);
+    assert!((inner_angle - std::f32::consts::FRAC_PI_6).abs() < 1e-6);
+    assert!((outer_angle - std::f32::consts::FRAC_PI_3).abs() < 1e-6);
+    let Light::Directional { direction, irradiance } = sun else { panic!("{sun:?}") };
+    assert!(direction.abs_diff_eq(Vec3::new(0.6, -0.8, 0.0), 1e-6));
+    assert_eq!(*irradiance, Vec3::new(3.0, 2.0, 1.0));
+    assert!((setup.cameras[0].vertical_fov - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
+    let bounds = Bounds { min: Vec3::new(-1.0, 0.0, -1.0), max: Vec3::new(1.0, 2.0, 1.0) };
+    assert_eq!(setup.eval_bounds, Some(bounds));
+}
+
+#[test]
+fn emissive_switch_and_optional_fields() {
+    let mut setup = evening();
+    setup["use_emissive"] = json!(false);
+    assert_eq!(load_text(&setup.to_string()).unwrap().lighting.emissive_scale, 0.0);
+    setup["use_emissive"] = json!(true);
+    setup.as_object_mut().unwrap().remove("emissive_scale");
+    setup.as_object_mut().unwrap().remove("eval_bounds");
+    setup["lights"] =
+        json!([{"type": "sky", "zenith": [1, 0, 0], "horizon": [0, 1, 0], "ground": [0, 0, 1]}]);
+    let setup = load_text(&setup.to_string()).unwrap();
+    assert_eq!((setup.lighting.emissive_scale, setup.eval_bounds), (1.0, None));
+    assert_eq!(setup.lighting.sky, Sky::Gradient { zenith: Vec3::X, horizon: Vec3::Y, ground: Vec3::Z });
+}
+
+#[test]
+fn cameras_are_found_by_name() {
+    let setup = load_text(&evening().to_string()).unwrap();
+    assert_eq!(setup.camera(None).unwrap().name, "front");
+    assert_eq!(setup.camera(Some("side")).unwrap().width, 64);
+    let error = setup.camera(Some("back")).unwrap_err().to_string();
+    assert_eq!(error, "setup \"evening\" has no camera \"back\"; it has: front, side");
+    assert!(Setup::default().camera(None).is_err());
+}
+
+/// Where to write which value, and what the error then says. `null` removes the field.
+fn spoilt_fields() -> Vec<(&'static str, Value, &'static str)> {
+    vec![
+        ("/version", json!(2), "version: only version 1"),
+        ("/version", Value::Null, "version is missing"),
+        ("/name", json!(3), "name: a string expected, found 3"),
+        ("/lights", json!({}), "lights: an array expected, found an object"),
+        ("/lights", Value::Null, "lights is missing"),
+        ("/use_emissive", json!("yes"), "use_emissive: true or false expected, found a string"),
+        ("/emissive_scale", json!(-1), "emissive_scale: a number from 0"),
+        ("/colour", json!(1), "colour is not a known field; allowed here: version, name, scene"),
+        ("/lights/0/type", json!("laser"), "lights[0].type: \"laser\" is no type of light; allowed: point"),
+        ("/lights/0/type", Value::Null, "lights[0].type is missing"),
+        ("/lights/0/radius", json!(1), "lights[0].radius is not a known field; allowed here: type, position"),
+        ("/lights/0/position", json!([1, 2]), "lights[0].position: an array of three numbers"),
+        ("/lights/0/position/1", json!("x"), "lights[0].position[1]: a number expected"),
+        ("/lights/0/position/1", json!(1e300), "lights[0].position[1]: a number of at most 3.4e38"),
+        ("/lights/0/intensity", json!([1, -2, 3]), "lights[0].intensity: light must not be negative"),
+        ("/lights/1/direction", json!([0, 0, 0]), "lights[1].direction: the zero vector is no direction"),
+        ("/lights/1/inner_deg", json!(61), "lights[1].inner_deg: a number from 0 to 60 expected, found 61"),
+        ("/lights/1/outer_deg", json!(181), "lights[1].outer_deg: a number from 0 to 180"),
+        ("/lights/2/direction", Value::Null, "lights[2].direction is missing"),
+        ("/lights/2/intensity", json!([1, 1, 1]), "lights[2].intensity is not a known field"),
+        ("/lights/2", json!({"type": "sky", "radiance": [1, 1, 1]}), "lights[3]: there can be only one sky"),
+        ("/lights/3/radiance", Value::Null, "lights[3]: a sky needs either radiance, or zenith"),
+        ("/lights/3/zenith", json!([1, 1, 1]), "lights[3].zenith is not a known field"),
+        ("/cameras/0", json!(7), "cameras[0]: an object expected, found 7"),
+        ("/cameras/0/name", json!("side"), "cameras[1]: there is already a camera \"side\""),
+        ("/cameras/0/up", json!([0, 0, 1]), "cameras[0]: up is parallel to the view direction"),
+        ("/cameras/0/target", json!([0, 1, 5]), "cameras[0]: position and target are the same point"),
+        ("/cameras/0/vfov_deg", json!(180), "cameras[0].vfov_deg: a number from 0.01 to 179"),
+        ("/cameras/0/width", json!(0), "cameras[0].width: a whole number from 1 to 16384 expected, found 0"),
+        ("/cameras/0/height", json!(1e9), "cameras[0].height: a whole number from 1 to 16384"),
+        ("/cameras/1/width", json!(1.5), "cameras[1].width: a whole number"),
+        ("/eval_bounds", json!([[0, 0, 0]]), "eval_bounds: two corners expected"),
+        ("/eval_bounds/0", json!([2, 0, 0]), "eval_bounds: the first corner must not exceed"),
+    ]
+}
+
+#[test]
+fn each_wrong_field_is_named_with_what_is_allowed() {
+    for (pointer, value, message) in spoilt_fields() {
+        let mut setup = evening();
+        let (parent, name) = pointer.rsplit_once('/').unwrap();
+        match setup.pointer_mut(parent).unwrap() {
+            Value::Object(members) if value.is_null() => drop(members.remove(name)),
+            Value::Object(members) => drop(members.insert(name.into(), value)),
+            Value::Array(values) => values[name.parse::<usize>().unwrap()] = value,
+            other => panic!("{pointer} points into {other}"),
+        }
+        let error = load_text(&setup.to_string()).unwrap_err().to_string();
+        assert!(error.contains(message) && error.contains("setup.json"), "{pointer}: {error}");
+    }
+}
+
+#[test]
+fn what_is_no_json_is_refused() {
+    for text in ["", "[]", "{", "nonsense", "{\"version\": NaN}", &"[".repeat(100_000)] {
+        assert!(matches!(load_text(text), Err(SceneError::Setup { .. })), "{text}");
+    }
+    let missing = Setup::load(std::path::Path::new("/no/such/setup.json")).unwrap_err();
+    assert!(missing.to_string().contains("cannot read /no/such/setup.json"), "{missing}");
+}
+
+#[test]
+fn scenes_without_a_setup_get_a_view_and_light() {
+    let lit = Setup::from_scene(&glb::load_asset("cornell.glb"));
+    assert!(lit.lighting.sky.is_black() && lit.lighting.emissive_scale == 1.0);
+    let scene = glb::load_asset("rooms.glb");
+    let setup = Setup::from_scene(&scene);
+    assert!(!setup.lighting.sky.is_black());
+    let camera = setup.camera(None).unwrap();
+    // Every vertex lies inside the picture: no further from its axis than the top edge.
+    let size = Vec2::new(camera.width as f32, camera.height as f32);
+    let axis = camera.ray_direction(size * 0.5);
+    let limit = axis.dot(camera.ray_direction(Vec2::new(size.x * 0.5, 0.0)));
+    let inside = |position: &Vec3| (*position - camera.position).normalize().dot(axis) >= limit;
+    assert!(scene.positions.iter().all(inside));
+    let mut moved = camera.clone();
+    moved.position = camera.position.lerp(camera.target, 0.6);
+    let inside = |position: &Vec3| (*position - moved.position).normalize().dot(axis) >= limit;
+    assert!(!scene.positions.iter().all(inside), "the comparison never fails");
+}
