@@ -113,3 +113,11 @@ fn impossible_materials_are_refused() {
         assert!(matches!(runtime.set_base_color(0, color), Err(RuntimeError::InvalidColor { .. })));
     }
 }
+
+#[test]
+fn contradictory_scenes_are_refused() {
+    let mut baked = random_room(SMALL);
+    baked.cluster_probes[0] = 99;
+    assert!(matches!(Runtime::new(Arc::new(baked)), Err(RuntimeError::Baked(_))));
+    assert!(matches!(Runtime::new(Arc::new(BakedScene::default())), Err(RuntimeError::Baked(_))));
+}

@@ -167,7 +167,7 @@ fn tile_lightmap(baked: &mut BakedScene, size: Size) {
 fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: Size, index: usize) {
     let columns = size.probes_per_cluster * coefficient_count(size.sh_degree);
     baked.clusters.push(Cluster {
-        bounds: Bounds::EMPTY,
+        bounds: Bounds { min: Vec3::ZERO, max: Vec3::ONE },
         first_receiver: (index * size.receivers_per_cluster) as u32,
         receiver_count: size.receivers_per_cluster as u32,
         first_probe: baked.cluster_probes.len() as u32,
