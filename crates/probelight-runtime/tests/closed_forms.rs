@@ -128,7 +128,7 @@ fn identity_matrices_pass_the_signals_in_the_order_of_bands() {
         sh_degree: 1,
     };
     let mut baked = random_room(size);
-    let identity = |i: usize| if i % (columns + 1) == 0 { f16::ONE } else { f16::ZERO };
+    let identity = |i: usize| if i.is_multiple_of(columns + 1) { f16::ONE } else { f16::ZERO };
     baked.receiver_basis = (0..columns * columns).map(identity).collect();
     baked.signal_basis = (0..columns * columns).map(identity).collect();
     baked.row_scales.fill(1.0);
