@@ -1,19 +1,13 @@
 //! Why the runtime refused its input.
 
-use probelight_scene::SceneError;
+use probelight_asset::AssetError;
 
 /// Why a baked scene or a change to it was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum RuntimeError {
-    /// The baked scene's geometry or materials are not usable.
-    #[error("the baked scene's geometry is not usable: {0}")]
-    Scene(#[from] SceneError),
-    /// Parts of the baked scene do not fit together.
-    #[error("the baked scene contradicts itself ({reason}); bake it again")]
-    Inconsistent {
-        /// What does not fit.
-        reason: String,
-    },
+    /// The baked scene contradicts itself, see [`probelight_asset::BakedScene::validate`].
+    #[error(transparent)]
+    Baked(#[from] AssetError),
     /// A material index out of range.
     #[error("there is no material {material}: the scene has {count}, counted from 0")]
     UnknownMaterial {

@@ -19,8 +19,7 @@
 //! use probelight_runtime::Runtime;
 //! use probelight_scene::{Light, Lighting, Sky};
 //!
-//! # fn read(_: &str) -> Result<BakedScene, Box<dyn std::error::Error>> { Ok(BakedScene::default()) }
-//! let baked: BakedScene = read("atrium.plight")?;
+//! let baked = BakedScene::read("atrium.plight".as_ref())?;
 //! let mut runtime = Runtime::new(Arc::new(baked))?;
 //!
 //! let sun = Light::Directional { direction: Vec3::new(0.3, -0.9, 0.1).normalize(), irradiance: Vec3::splat(4.0) };
@@ -48,7 +47,6 @@ mod find_face;
 mod frame_bytes;
 mod irradiance_lightmap;
 mod runtime;
-mod validate;
 
 pub use error::RuntimeError;
 pub use frame_bytes::frame_bytes;

@@ -12,7 +12,6 @@ use crate::cpu::{
     ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, RelightRadiance, SurfaceColors,
 };
 use crate::find_face::find_face;
-use crate::validate::validate;
 use crate::{IrradianceLightmap, RuntimeError};
 
 /// Lights a baked scene, frame by frame.
@@ -86,7 +85,7 @@ impl Runtime {
     /// # Errors
     /// If parts of the baked scene contradict each other.
     pub fn new(baked: Arc<BakedScene>) -> Result<Self, RuntimeError> {
-        validate(&baked)?;
+        baked.validate()?;
         let lighting = Lighting { lights: baked.scene.lights.clone(), ..Lighting::default() };
         Ok(Self {
             tracer: Tracer::new(Arc::new(baked.scene.clone())),

@@ -15,7 +15,7 @@ use probelight_asset::{BakedScene, NONE, RelightPoint};
 use probelight_math::color::linear_from_srgb;
 use probelight_math::glam::Vec3;
 use probelight_scene::{Light, Lighting, Scene};
-use probelight_trace::{Ray, Tracer};
+use probelight_trace::{Tracer, direct_irradiance};
 use rayon::prelude::*;
 
 use crate::IrradianceLightmap;
@@ -86,7 +86,7 @@ impl RelightRadiance {
             .zip(baked.relight_points.par_chunks(POINTS_PER_TASK))
             .for_each(|(direct, points)| {
                 for (direct, point) in direct.iter_mut().zip(points) {
-                    *direct = direct_irradiance(tracer, lights, point);
+                    *direct = direct_irradiance_at(tracer, lights, point);
                 }
             });
     }
@@ -139,25 +139,11 @@ impl RelightRadiance {
 }
 
 /// Irradiance that reaches a point straight from the lights, on the side that the relight ray hit.
-fn direct_irradiance(tracer: &Tracer, lights: &[Light], point: &RelightPoint) -> Vec3 {
+fn direct_irradiance_at(tracer: &Tracer, lights: &[Light], point: &RelightPoint) -> Vec3 {
     if point.triangle == NONE {
         return Vec3::ZERO;
     }
     let front = tracer.front_normal(point.triangle);
     let normal = if point.base_color_and_side[3] == 0 { front } else { -front };
-    let origin = point.position + normal * tracer.offset();
-    let mut irradiance = Vec3::ZERO;
-    for light in lights {
-        let Some(lit) = light.illuminate(point.position) else { continue };
-        let cosine = normal.dot(lit.to_light);
-        if cosine <= 0.0 || lit.irradiance == Vec3::ZERO {
-            continue;
-        }
-        let shadow_ray =
-            Ray { origin, direction: lit.to_light, max_distance: lit.distance - tracer.offset() };
-        if !tracer.is_occluded(&shadow_ray) {
-            irradiance += lit.irradiance * cosine;
-        }
-    }
-    irradiance
+    direct_irradiance(tracer, lights, point.position, normal)
 }

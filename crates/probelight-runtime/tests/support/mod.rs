@@ -5,11 +5,11 @@
 pub(crate) mod slow_frame;
 
 use half::f16;
-use probelight_asset::{BakedScene, Cluster, LightmapFace, NONE, Probe, RelightPoint};
+use probelight_asset::{BakedScene, Cluster, LightmapFace, LightmapLayout, NONE, Probe, RelightPoint};
 use probelight_math::directions::progressive_sphere;
 use probelight_math::glam::{Vec2, Vec3, Vec4};
 use probelight_math::sampling::Rng;
-use probelight_math::sh::coefficient_count;
+use probelight_math::sh::{Y00, coefficient_count};
 use probelight_scene::{Bounds, Light, Lighting, Material, Scene, Sky};
 
 /// Size of a [`random_room`].
@@ -167,7 +167,7 @@ fn tile_lightmap(baked: &mut BakedScene, size: Size) {
 fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: Size, index: usize) {
     let columns = size.probes_per_cluster * coefficient_count(size.sh_degree);
     baked.clusters.push(Cluster {
-        bounds: Bounds::EMPTY,
+        bounds: Bounds { min: Vec3::ZERO, max: Vec3::ONE },
         first_receiver: (index * size.receivers_per_cluster) as u32,
         receiver_count: size.receivers_per_cluster as u32,
         first_probe: baked.cluster_probes.len() as u32,
@@ -184,4 +184,56 @@ fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: Size, index:
     let mut random = |_| f16::from_f32(rng.next_f32() - 0.45);
     baked.receiver_basis.extend((0..size.rank * size.receivers_per_cluster).map(&mut random));
     baked.signal_basis.extend((0..size.rank * columns).map(&mut random));
+}
+
+/// One probe whose rays all bring the radiance of `point`, and one receiver per gain, side by side in the
+/// lightmap: E of receiver i is `gains[i]` times the probe's mean radiance.
+pub(crate) fn single_probe(scene: Scene, point: RelightPoint, gains: &[f32]) -> BakedScene {
+    let size = Size {
+        clusters: 1,
+        receivers_per_cluster: gains.len(),
+        rank: 1,
+        probes: 1,
+        probes_per_cluster: 1,
+        rays: 64,
+        sh_degree: 3,
+    };
+    let mut baked = random_room(size);
+    baked.lightmap = LightmapLayout {
+        width: gains.len() as u32,
+        height: 1,
+        pages: 1,
+        faces: vec![LightmapFace::default(); scene.triangles.len()],
+        back_faces: vec![NONE; scene.triangles.len()],
+        dilation: Vec::new(),
+    };
+    baked.scene = scene;
+    baked.receiver_texels = (0..gains.len() as u32).collect();
+    baked.relight_points = vec![point; size.rays];
+    baked.signal_basis.fill(f16::ZERO);
+    baked.signal_basis[0] = f16::ONE;
+    baked.row_scales = vec![Y00];
+    baked.receiver_basis = gains.iter().map(|gain| f16::from_f32(*gain)).collect();
+    baked
+}
+
+/// A point on the front of triangle 0 with white textures that reads texel 0.
+pub(crate) fn white_point() -> RelightPoint {
+    RelightPoint {
+        position: Vec3::ZERO,
+        triangle: 0,
+        texel: 0,
+        base_color_and_side: [255, 255, 255, 0],
+        emission_texel: [255, 255, 255, 0],
+    }
+}
+
+/// A ray that reaches the sky.
+pub(crate) fn sky_point() -> RelightPoint {
+    RelightPoint { triangle: NONE, texel: NONE, ..RelightPoint::default() }
+}
+
+/// A lighting with nothing but a uniform sky.
+pub(crate) fn uniform_sky(radiance: Vec3) -> Lighting {
+    Lighting { sky: Sky::Uniform(radiance), ..Lighting::default() }
 }

@@ -7,7 +7,7 @@ use probelight_math::glam::{DVec3, Vec3};
 use probelight_math::sh::{Basis, index};
 use probelight_runtime::cpu::SurfaceColors;
 use probelight_scene::Lighting;
-use probelight_trace::{Ray, Tracer};
+use probelight_trace::{Tracer, direct_irradiance};
 
 /// What the stages of one frame leave behind.
 #[derive(Default)]
@@ -82,17 +82,7 @@ fn radiance(
     if point.texel != NONE {
         arriving += feedback[point.texel as usize].max(DVec3::ZERO);
     }
-    for light in &lighting.lights {
-        let Some(lit) = light.illuminate(point.position) else { continue };
-        let ray = Ray {
-            origin: point.position + normal * tracer.offset(),
-            direction: lit.to_light,
-            max_distance: lit.distance - tracer.offset(),
-        };
-        if normal.dot(lit.to_light) > 0.0 && !tracer.is_occluded(&ray) {
-            arriving += (lit.irradiance * normal.dot(lit.to_light)).as_dvec3();
-        }
-    }
+    arriving += direct_irradiance(tracer, &lighting.lights, point.position, normal).as_dvec3();
     let colors = &colors[baked.scene.triangle_material[triangle] as usize];
     let decode = |[r, g, b, _]: [u8; 4]| linear_from_srgb8([r, g, b]);
     let albedo = (colors.base_color * decode(point.base_color_and_side)).as_dvec3();

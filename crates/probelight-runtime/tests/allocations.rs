@@ -1,0 +1,44 @@
+//! A frame allocates nothing. Alone in its file, because every allocation of the process counts.
+
+mod support;
+
+use std::alloc::System;
+use std::sync::Arc;
+
+use probelight_runtime::Runtime;
+use probelight_scene::Lighting;
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use support::{SMALL, all_lights, random_room};
+
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// Allocations and reallocations while `work` runs.
+fn allocations(work: impl FnOnce()) -> usize {
+    let region = Region::new(ALLOCATOR);
+    work();
+    let change = region.change();
+    change.allocations + change.reallocations
+}
+
+/// Runs inside a pool: work handed to a pool from outside now and then makes its queue allocate.
+#[test]
+fn frames_after_the_first_allocate_nothing() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    pool.install(|| {
+        let mut runtime = Runtime::new(Arc::new(random_room(SMALL))).unwrap();
+        runtime.step();
+        let mut lightings = [all_lights(), Lighting::default(), all_lights()].into_iter();
+        let in_frames = allocations(|| {
+            for frame in 0..30 {
+                if frame % 10 == 0 {
+                    runtime.set_lighting(lightings.next().unwrap());
+                }
+                runtime.step();
+            }
+        });
+        assert_eq!(in_frames, 0);
+        let in_converge = allocations(|| assert_eq!(runtime.converge(0.0, 1).steps, 1));
+        assert!(in_converge > 0, "the count counts nothing");
+    });
+}

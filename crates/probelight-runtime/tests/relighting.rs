@@ -1,0 +1,123 @@
+//! Lights, sky and materials change between frames.
+
+mod support;
+
+use std::sync::Arc;
+
+use probelight_asset::BakedScene;
+use probelight_math::glam::Vec3;
+use probelight_runtime::{Runtime, RuntimeError};
+use probelight_scene::{Lighting, Sky};
+use support::{SMALL, all_lights, random_room};
+
+fn new_runtime(baked: &Arc<BakedScene>) -> Runtime {
+    let mut runtime = Runtime::new(baked.clone()).unwrap();
+    runtime.set_lighting(all_lights());
+    runtime
+}
+
+fn after_three_steps(runtime: &mut Runtime) -> Vec<Vec3> {
+    for _ in 0..3 {
+        runtime.step();
+    }
+    runtime.irradiance().texels.clone()
+}
+
+/// Applies a change to a runtime that has run: the light is another one, and that of a fresh runtime.
+fn check_change(change: impl Fn(&mut Runtime)) {
+    let baked = Arc::new(random_room(SMALL));
+    let mut fresh = new_runtime(&baked);
+    change(&mut fresh);
+    let expected = after_three_steps(&mut fresh);
+
+    let mut changed = new_runtime(&baked);
+    let before = after_three_steps(&mut changed);
+    change(&mut changed);
+    changed.reset();
+    let after = after_three_steps(&mut changed);
+    assert!(before != after, "the change does nothing");
+    assert!(after == expected, "something of the old state is left");
+}
+
+#[test]
+fn moved_lights_change_the_light() {
+    check_change(|runtime| {
+        let mut lighting = runtime.lighting().clone();
+        lighting.lights.pop();
+        runtime.set_lighting(lighting);
+    });
+}
+
+#[test]
+fn another_sky_changes_the_light() {
+    check_change(|runtime| {
+        let sky = Sky::Uniform(Vec3::new(1.0, 0.0, 2.0));
+        runtime.set_lighting(Lighting { sky, ..runtime.lighting().clone() });
+    });
+}
+
+#[test]
+fn emission_and_its_scale_change_the_light() {
+    check_change(|runtime| runtime.set_emission(1, Vec3::new(0.0, 7.0, 0.0)).unwrap());
+    check_change(|runtime| {
+        runtime.set_lighting(Lighting { emissive_scale: 0.0, ..runtime.lighting().clone() });
+    });
+}
+
+#[test]
+fn base_color_changes_the_light() {
+    check_change(|runtime| runtime.set_base_color(0, Vec3::new(0.1, 0.9, 0.0)).unwrap());
+}
+
+#[test]
+fn changes_reach_the_next_frame_without_reset() {
+    let baked = Arc::new(random_room(SMALL));
+    let mut runtime = new_runtime(&baked);
+    runtime.step();
+    let dark = Lighting { emissive_scale: 0.0, ..Lighting::default() };
+    for black in 0..baked.scene.materials.len() {
+        runtime.set_base_color(black, Vec3::ZERO).unwrap();
+    }
+    runtime.set_lighting(dark);
+    runtime.step();
+    assert!(runtime.irradiance().texels.iter().all(|e| *e == Vec3::ZERO));
+}
+
+#[test]
+fn result_does_not_depend_on_the_number_of_threads() {
+    let baked = Arc::new(random_room(SMALL));
+    let run = |threads: usize, lighting: Lighting| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut runtime = new_runtime(&baked);
+            runtime.set_lighting(lighting);
+            let texels = after_three_steps(&mut runtime);
+            texels.iter().map(|e| e.to_array().map(f32::to_bits)).collect::<Vec<_>>()
+        })
+    };
+    let one = run(1, all_lights());
+    assert!(one == run(2, all_lights()));
+    assert!(one == run(5, all_lights()));
+    let slightly_brighter = Lighting { emissive_scale: 1.500_001, ..all_lights() };
+    assert!(one != run(1, slightly_brighter), "the comparison notices nothing");
+}
+
+#[test]
+fn impossible_materials_are_refused() {
+    let baked = Arc::new(random_room(SMALL));
+    let mut runtime = new_runtime(&baked);
+    let unknown = runtime.set_base_color(9, Vec3::ONE);
+    assert!(matches!(unknown, Err(RuntimeError::UnknownMaterial { material: 9, count: 2 })));
+    for color in [Vec3::NAN, Vec3::new(0.0, -0.1, 0.0), Vec3::INFINITY] {
+        assert!(matches!(runtime.set_emission(0, color), Err(RuntimeError::InvalidColor { .. })));
+        assert!(matches!(runtime.set_base_color(0, color), Err(RuntimeError::InvalidColor { .. })));
+    }
+}
+
+#[test]
+fn contradictory_scenes_are_refused() {
+    let mut baked = random_room(SMALL);
+    baked.cluster_probes[0] = 99;
+    assert!(matches!(Runtime::new(Arc::new(baked)), Err(RuntimeError::Baked(_))));
+    assert!(matches!(Runtime::new(Arc::new(BakedScene::default())), Err(RuntimeError::Baked(_))));
+}
