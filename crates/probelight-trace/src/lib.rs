@@ -4,6 +4,7 @@ mod direct_light;
 mod path_tracer;
 mod progress;
 mod tracer;
+mod wide_bvh;
 
 pub use direct_light::{direct_irradiance, shadow_ray};
 pub use path_tracer::{PathTracer, PointIrradiance};

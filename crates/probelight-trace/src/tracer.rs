@@ -1,15 +1,11 @@
 //! The ray tracer: closest hits and visibility, with alpha-masked surfaces tested by their alpha.
 
 use std::sync::Arc;
-use std::time::Duration;
 
-use obvhs::BvhBuildParams;
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
-use obvhs::ray::RayHit;
-use obvhs::rt_triangle::RtTriangle;
-use obvhs::triangle::Triangle;
-use probelight_math::glam::{Vec2, Vec3, Vec3A};
+use probelight_math::glam::{Vec2, Vec3};
 use probelight_scene::{AlphaMode, Scene};
+
+use crate::wide_bvh::{Query, WideBvh};
 
 /// A ray segment in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,13 +43,11 @@ pub struct Hit {
 /// A scene prepared for ray queries. Cheap to share between threads.
 pub struct Tracer {
     scene: Arc<Scene>,
-    bvh: CwBvh,
-    /// Triangles in the order of the BVH's leaves.
-    leaf_triangles: Vec<RtTriangle>,
-    /// Unit geometric normals by scene index.
+    bvh: WideBvh,
+    /// Unit geometric normals of the triangles.
     normals: Vec<Vec3>,
-    /// Whether each triangle, by scene index, must be tested by alpha; empty if none.
-    alpha_tested: Vec<bool>,
+    /// Whether any triangle must be tested by alpha.
+    has_masked: bool,
     offset: f32,
 }
 
@@ -63,23 +57,13 @@ const OFFSET_PER_DIAGONAL: f32 = 1e-5;
 impl Tracer {
     /// Builds the BVH of a valid scene.
     pub fn new(scene: Arc<Scene>) -> Self {
-        let triangles: Vec<Triangle> = (0..scene.triangles.len())
-            .map(|t| {
-                let [v0, v1, v2] = scene.corners(t).map(Vec3A::from);
-                Triangle { v0, v1, v2 }
-            })
-            .collect();
-        let bvh = build_cwbvh_from_tris(&triangles, BvhBuildParams::slow_build(), &mut Duration::default());
-        let leaf_triangles = bvh.primitive_indices.iter().map(|t| (&triangles[*t as usize]).into()).collect();
+        let corners: Vec<[Vec3; 3]> = (0..scene.triangles.len()).map(|t| scene.corners(t)).collect();
+        let bvh = WideBvh::new(&corners);
         let normals = (0..scene.triangles.len()).map(|t| scene.geometric_normal(t)).collect();
         let masked = |t| matches!(scene.material(t).alpha_mode, AlphaMode::Mask { .. });
-        let alpha_tested = if (0..scene.triangles.len()).any(masked) {
-            (0..scene.triangles.len()).map(masked).collect()
-        } else {
-            Vec::new()
-        };
+        let has_masked = (0..scene.triangles.len()).any(masked);
         let offset = scene.bounds().diagonal() * OFFSET_PER_DIAGONAL;
-        Self { scene, bvh, leaf_triangles, normals, alpha_tested, offset }
+        Self { scene, bvh, normals, has_masked, offset }
     }
 
     /// The scene the rays meet.
@@ -100,20 +84,14 @@ impl Tracer {
     /// The nearest hit along the ray, or `None` if it leaves the scene.
     #[inline]
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let query = query_from_ray(ray);
-        let mut nearest = RayHit::none();
-        let found = self.bvh.ray_traverse(query, &mut nearest, |query, leaf| self.intersect(query, leaf));
-        if !found {
-            return None;
-        }
-        let triangle = self.bvh.primitive_indices[nearest.primitive_id as usize];
-        let barycentric = self.leaf_triangles[nearest.primitive_id as usize].compute_barycentric(&query);
-        let normal = self.normals[triangle as usize];
+        let query = Query::new(ray.origin, ray.direction, ray.max_distance);
+        let nearest = self.bvh.closest_hit(&query, |triangle, at| self.is_solid(triangle, at))?;
+        let normal = self.normals[nearest.triangle as usize];
         let is_back_face = normal.dot(ray.direction) > 0.0;
         Some(Hit {
-            distance: nearest.t,
-            triangle,
-            barycentric,
+            distance: nearest.distance,
+            triangle: nearest.triangle,
+            barycentric: nearest.barycentric,
             normal: if is_back_face { -normal } else { normal },
             is_back_face,
         })
@@ -122,8 +100,8 @@ impl Tracer {
     /// Whether anything lies on the ray before its end.
     #[inline]
     pub fn is_occluded(&self, ray: &Ray) -> bool {
-        let query = query_from_ray(ray);
-        !self.bvh.ray_traverse_miss(query, |query, leaf| self.intersect(query, leaf))
+        let query = Query::new(ray.origin, ray.direction, ray.max_distance);
+        self.bvh.is_occluded(&query, |triangle, at| self.is_solid(triangle, at))
     }
 
     /// Whether the straight line between two points is free. Both ends should already be off their
@@ -134,34 +112,16 @@ impl Tracer {
         !self.is_occluded(&Ray { origin: from, direction, max_distance: 1.0 })
     }
 
-    /// Distance along the ray to a leaf's triangle; infinite for a miss or a hole in a masked surface.
+    /// Whether there is surface, and no hole of a masked material, at a point of a triangle.
     #[inline(always)]
-    fn intersect(&self, ray: &obvhs::ray::Ray, leaf: usize) -> f32 {
-        let distance = self.leaf_triangles[leaf].intersect(ray);
-        if !self.alpha_tested.is_empty() && distance < f32::INFINITY && self.is_hole(ray, leaf) {
-            return f32::INFINITY;
-        }
-        distance
+    fn is_solid(&self, triangle: u32, barycentric: Vec2) -> bool {
+        !self.has_masked || self.passes_alpha_test(triangle as usize, barycentric)
     }
 
     #[cold]
-    fn is_hole(&self, ray: &obvhs::ray::Ray, leaf: usize) -> bool {
-        let triangle = self.bvh.primitive_indices[leaf] as usize;
-        if !self.alpha_tested[triangle] {
-            return false;
-        }
+    fn passes_alpha_test(&self, triangle: usize, barycentric: Vec2) -> bool {
         let material = self.scene.material(triangle);
-        let AlphaMode::Mask { cutoff } = material.alpha_mode else { return false };
-        let barycentric = self.leaf_triangles[leaf].compute_barycentric(ray);
-        let alpha = material.base_color.w * self.scene.base_color_texel(triangle, barycentric).w;
-        alpha < cutoff
+        let AlphaMode::Mask { cutoff } = material.alpha_mode else { return true };
+        material.base_color.w * self.scene.base_color_texel(triangle, barycentric).w >= cutoff
     }
-}
-
-/// The BVH's form of a ray. Adding zero turns −0 into +0: the traversal takes the sign of the direction and
-/// of its inverse separately, and misses boxes where the two disagree.
-#[inline(always)]
-fn query_from_ray(ray: &Ray) -> obvhs::ray::Ray {
-    let direction = Vec3A::from(ray.direction) + Vec3A::ZERO;
-    obvhs::ray::Ray::new(ray.origin.into(), direction, 0.0, ray.max_distance)
 }

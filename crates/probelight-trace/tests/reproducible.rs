@@ -37,9 +37,8 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let tracer = lit_box();
     let image = |threads| with_threads(threads, || tracer.render(&view(), 4, 11, &Silent).unwrap());
     assert_eq!(image(1), image(3));
-    let irradiance = |threads| {
-        with_threads(threads, || tracer.irradiance_of_points(&points(), 32, 11, &Silent).unwrap())
-    };
+    let irradiance =
+        |threads| with_threads(threads, || tracer.irradiance_of_points(&points(), 32, 11, &Silent).unwrap());
     assert_eq!(irradiance(1), irradiance(3));
 }
 

@@ -90,7 +90,7 @@ pub struct Embree {
 }
 
 impl Embree {
-    /// Opens the library `name` and builds `scene` at high quality (spatial splits, as ours).
+    /// Opens the library `name` and builds `scene` at high quality (with spatial splits).
     ///
     /// # Errors
     /// Says so if the library is missing or not an Embree 3 or 4.

@@ -14,7 +14,7 @@ const RAYS_PER_RECEIVER: u32 = 256;
 const PROBES_PER_HIT: usize = 4;
 
 /// Cosine-distributed rays from `receivers` random points of the scene's surface, evenly by area.
-pub fn gather_rays(tracer: &Tracer, receivers: u32) -> Vec<Ray> {
+pub(crate) fn gather_rays(tracer: &Tracer, receivers: u32) -> Vec<Ray> {
     let scene = tracer.scene();
     let cumulative = cumulative_areas(scene);
     let mut rng = Rng::new(1, 0);
@@ -38,7 +38,7 @@ pub fn gather_rays(tracer: &Tracer, receivers: u32) -> Vec<Ray> {
 
 /// Segments from the hits of every eighth of the gather rays to places near the receiver that a probe may
 /// take; `max_distance` is 1 and the direction has the segment's length.
-pub fn visibility_segments(tracer: &Tracer, gather_rays: &[Ray]) -> Vec<Ray> {
+pub(crate) fn visibility_segments(tracer: &Tracer, gather_rays: &[Ray]) -> Vec<Ray> {
     let reach = tracer.scene().bounds().diagonal() * 0.1;
     let mut rng = Rng::new(2, 0);
     let mut segments = Vec::new();

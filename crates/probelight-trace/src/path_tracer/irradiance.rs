@@ -2,7 +2,7 @@
 
 use std::f32::consts::PI;
 
-use probelight_math::glam::Vec3;
+use probelight_math::glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::PathTracer;
@@ -77,19 +77,20 @@ impl PathTracer {
     }
 
     fn irradiance_batch(&self, surface: Surface, samples: u32, seed: u32) -> Batch {
-        let mut sum = Batch::default();
+        // f64: a long sum of f32 would lose the last digits of its terms.
+        let (mut area, mut sky, mut indirect) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
         for index in 0..samples {
             let mut sampler = Sampler::new(index, seed);
-            sum.area += self.sampled_emitter_irradiance(surface, &mut sampler);
+            let sampled = self.sampled_emitter_irradiance(surface, &mut sampler);
             // Radiance over the density cosθ/π, times the cosine: π times the radiance.
             let (ray, density) = self.cosine_ray(surface, &mut sampler);
             let arriving = self.arriving_radiance(&ray, DirectionChoice::Sampled(density), &mut sampler);
-            sum.area += PI * arriving.emitted;
-            sum.sky += PI * arriving.sky;
-            sum.indirect += PI * arriving.reflected;
+            area += (sampled + PI * arriving.emitted).as_dvec3();
+            sky += (PI * arriving.sky).as_dvec3();
+            indirect += (PI * arriving.reflected).as_dvec3();
         }
-        let scale = 1.0 / samples as f32;
-        Batch { area: sum.area * scale, sky: sum.sky * scale, indirect: sum.indirect * scale }
+        let mean = |sum: DVec3| (sum / f64::from(samples)).as_vec3();
+        Batch { area: mean(area), sky: mean(sky), indirect: mean(indirect) }
     }
 }
 

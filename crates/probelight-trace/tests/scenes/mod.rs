@@ -1,5 +1,7 @@
 //! Scenes built by hand, whose light is known on paper.
 
+#![allow(dead_code, reason = "each test binary builds some of these")]
+
 use std::sync::Arc;
 
 use probelight_math::glam::{Vec2, Vec3, Vec4};
@@ -7,7 +9,7 @@ use probelight_scene::{Lighting, Material, Scene};
 use probelight_trace::{PathTracer, Tracer};
 
 /// Adds a parallelogram whose front face looks along `cross(edge_u, edge_v)`.
-pub fn add_quad(scene: &mut Scene, corner: Vec3, edge_u: Vec3, edge_v: Vec3, material: u32) {
+pub(crate) fn add_quad(scene: &mut Scene, corner: Vec3, edge_u: Vec3, edge_v: Vec3, material: u32) {
     let first = scene.positions.len() as u32;
     let normal = edge_u.cross(edge_v).normalize();
     for (u, v) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
@@ -21,7 +23,7 @@ pub fn add_quad(scene: &mut Scene, corner: Vec3, edge_u: Vec3, edge_v: Vec3, mat
 }
 
 /// A Lambertian material that may shine.
-pub fn material(albedo: f32, emission: f32) -> Material {
+pub(crate) fn material(albedo: f32, emission: f32) -> Material {
     Material {
         base_color: Vec4::new(albedo, albedo, albedo, 1.0),
         emission: Vec3::splat(emission),
@@ -30,7 +32,7 @@ pub fn material(albedo: f32, emission: f32) -> Material {
 }
 
 /// A horizontal square of `half_size`, facing up, at height 0.
-pub fn floor(half_size: f32) -> Scene {
+pub(crate) fn floor(half_size: f32) -> Scene {
     let mut scene = Scene { materials: vec![material(0.5, 0.0)], ..Scene::default() };
     let corner = Vec3::new(-half_size, 0.0, -half_size);
     add_quad(&mut scene, corner, Vec3::Z * 2.0 * half_size, Vec3::X * 2.0 * half_size, 0);
@@ -38,7 +40,7 @@ pub fn floor(half_size: f32) -> Scene {
 }
 
 /// A closed box of `size` with one corner at the origin, all faces looking inwards.
-pub fn closed_box(size: Vec3, inside: Material) -> Scene {
+pub(crate) fn closed_box(size: Vec3, inside: Material) -> Scene {
     let mut scene = Scene { materials: vec![inside], ..Scene::default() };
     let [x, y, z] = [Vec3::X * size.x, Vec3::Y * size.y, Vec3::Z * size.z];
     for (edge_u, edge_v) in [(x, y), (y, z), (z, x)] {
@@ -50,7 +52,7 @@ pub fn closed_box(size: Vec3, inside: Material) -> Scene {
 }
 
 /// A path tracer of a scene that must be valid.
-pub fn path_tracer(scene: Scene, lighting: Lighting) -> PathTracer {
+pub(crate) fn path_tracer(scene: Scene, lighting: Lighting) -> PathTracer {
     scene.validate().expect("the scene is valid");
     PathTracer::new(Arc::new(Tracer::new(Arc::new(scene))), lighting)
 }
