@@ -1,13 +1,13 @@
 //! Pictures as a screen shows them, and their PNG files.
 
-use std::io::Cursor;
+use std::io::{Cursor, Write};
 use std::path::Path;
 
 use image::ImageEncoder;
 use image::codecs::png::PngEncoder;
+use probelight_asset::write_atomically;
 
 use crate::ImageError;
-use crate::file::write_whole;
 
 /// 8-bit sRGB pixels, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,7 +53,7 @@ impl DisplayImage {
         PngEncoder::new(&mut bytes)
             .write_image(self.pixels.as_flattened(), self.width, self.height, image::ExtendedColorType::Rgb8)
             .map_err(|error| ImageError::Encode { path: path.into(), reason: error.to_string() })?;
-        write_whole(path, bytes.get_ref()).map_err(|source| ImageError::Io {
+        write_atomically(path, |file| file.write_all(bytes.get_ref())).map_err(|source| ImageError::Io {
             action: "write",
             path: path.into(),
             source,

@@ -1,12 +1,12 @@
 //! Linear pictures and their OpenEXR files.
 
-use std::io::Cursor;
+use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use exr::prelude::{self as openexr, ReadChannels as _, ReadLayers as _, WritableImage as _};
+use probelight_asset::write_atomically;
 use probelight_math::glam::Vec3;
 
-use crate::file::write_whole;
 
 /// Linear Rec. 709 pixels, rows from the top. Usually radiance in W·m⁻²·sr⁻¹.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +82,7 @@ impl Image {
             .non_parallel()
             .to_buffered(&mut bytes)
             .map_err(|error| ImageError::Encode { path: path.into(), reason: error.to_string() })?;
-        write_whole(path, bytes.get_ref()).map_err(|source| ImageError::Io {
+        write_atomically(path, |file| file.write_all(bytes.get_ref())).map_err(|source| ImageError::Io {
             action: "write",
             path: path.into(),
             source,

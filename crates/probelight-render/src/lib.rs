@@ -9,12 +9,10 @@
 //! | [`display_image`] | [`DisplayImage`]: 8-bit sRGB pixels; PNG files |
 //! | [`comparison`] | signed difference pictures, SSIM |
 //! | [`contact_sheet`] | pictures side by side with titles |
-//! | [`file`](mod@file) | files that appear whole or not at all |
 
 pub mod comparison;
 pub mod contact_sheet;
 pub mod display_image;
-pub mod file;
 pub mod image;
 mod pixel_filter;
 pub mod renderer;
@@ -24,5 +22,5 @@ pub use contact_sheet::ContactSheet;
 pub use display_image::DisplayImage;
 pub use image::{Image, ImageError};
 pub use pixel_filter::PixelFilter;
-pub use renderer::{IndirectLight, NoIndirectLight, RenderOptions, RenderOutput, View, render};
+pub use renderer::{RenderOptions, RenderOutput, Surfaces, View, render};
 pub use tone_map::{Exposure, ToneMap};

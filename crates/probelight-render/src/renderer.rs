@@ -7,27 +7,68 @@
 
 use std::f32::consts::FRAC_1_PI;
 
+use probelight_asset::{LightmapLayout, NONE};
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_math::sampling::{hash_pair, sobol_owen};
-use probelight_scene::{Camera, Lighting};
+use probelight_runtime::Runtime;
+use probelight_runtime::cpu::SurfaceColors;
+use probelight_scene::{Camera, Lighting, Scene};
 use probelight_trace::{Cancelled, Hit, Progress, Ray, Tracer, direct_irradiance};
 use rayon::prelude::*;
 
 use crate::{Image, PixelFilter};
 
-/// Light that surfaces receive besides the direct light of analytic lights.
-pub trait IndirectLight: Sync {
-    /// Irradiance (W/m²) at a hit, on the side that was hit; black where nothing is known.
+/// What surfaces look like at present: their colours, and the light they receive from the lightmap.
+pub trait Surfaces: Sync {
+    /// Irradiance (W/m²) that arrives by way of the probes at a hit, on the side that was hit; black where
+    /// nothing is known.
     fn irradiance(&self, hit: &Hit) -> Vec3;
+
+    /// Diffuse albedo at a hit, linear.
+    fn albedo(&self, scene: &Scene, hit: &Hit) -> Vec3 {
+        scene.albedo(hit.triangle as usize, hit.barycentric)
+    }
+
+    /// Radiance that the front face emits at a hit, W·m⁻²·sr⁻¹, before [`Lighting::emissive_scale`].
+    fn emission(&self, scene: &Scene, hit: &Hit) -> Vec3 {
+        scene.emission(hit.triangle as usize, hit.barycentric)
+    }
 }
 
-/// A world without reflected light, sky light or light of emissive surfaces.
-pub struct NoIndirectLight;
-
-impl IndirectLight for NoIndirectLight {
-    fn irradiance(&self, _hit: &Hit) -> Vec3 {
-        Vec3::ZERO
+/// The lightmap of the last frame, under the runtime's present colours.
+impl Surfaces for Runtime {
+    fn irradiance(&self, hit: &Hit) -> Vec3 {
+        match lightmap_position(&self.baked().lightmap, hit) {
+            Some(position) => Runtime::irradiance(self).sample(position),
+            None => Vec3::ZERO,
+        }
     }
+
+    fn albedo(&self, scene: &Scene, hit: &Hit) -> Vec3 {
+        let texel = scene.base_color_texel(hit.triangle as usize, hit.barycentric).truncate();
+        colors(self, scene, hit).map_or(Vec3::ZERO, |colors| colors.base_color * texel)
+    }
+
+    fn emission(&self, scene: &Scene, hit: &Hit) -> Vec3 {
+        match colors(self, scene, hit) {
+            Some(colors) if colors.emission != Vec3::ZERO => {
+                colors.emission * scene.emission_texel(hit.triangle as usize, hit.barycentric)
+            }
+            _ => Vec3::ZERO,
+        }
+    }
+}
+
+fn colors(runtime: &Runtime, scene: &Scene, hit: &Hit) -> Option<SurfaceColors> {
+    runtime.surface_colors(scene.triangle_material[hit.triangle as usize] as usize)
+}
+
+/// Where the light of a hit's side lies in the lightmap, texels; `None` for a back face without light of its
+/// own.
+fn lightmap_position(layout: &LightmapLayout, hit: &Hit) -> Option<Vec2> {
+    let face =
+        if hit.is_back_face { *layout.back_faces.get(hit.triangle as usize)? } else { hit.triangle };
+    (face != NONE).then(|| layout.faces[face as usize].position(hit.barycentric))
 }
 
 /// A scene under light, ready to be looked at.
@@ -37,8 +78,15 @@ pub struct View<'a> {
     pub tracer: &'a Tracer,
     /// Lights, sky and the strength of emissive surfaces.
     pub lighting: &'a Lighting,
-    /// What else surfaces receive.
-    pub indirect: &'a dyn IndirectLight,
+    /// Colours and what else surfaces receive.
+    pub surfaces: &'a dyn Surfaces,
+}
+
+impl<'a> View<'a> {
+    /// What the runtime's last frame looks like.
+    pub fn of(runtime: &'a Runtime) -> Self {
+        Self { tracer: runtime.tracer(), lighting: runtime.lighting(), surfaces: runtime }
+    }
 }
 
 /// Which light a picture shows.
@@ -129,8 +177,8 @@ impl View<'_> {
                 hit.normal,
             )
         };
-        let indirect = || self.indirect.irradiance(&hit);
-        let reflectance = || self.tracer.scene().albedo(hit.triangle as usize, hit.barycentric) * FRAC_1_PI;
+        let indirect = || self.surfaces.irradiance(&hit);
+        let reflectance = || self.surfaces.albedo(self.tracer.scene(), &hit) * FRAC_1_PI;
         match output {
             RenderOutput::Full => self.emitted(&hit) + reflectance() * (direct() + indirect()),
             RenderOutput::Direct => self.emitted(&hit) + reflectance() * direct(),
@@ -144,6 +192,6 @@ impl View<'_> {
         if hit.is_back_face {
             return Vec3::ZERO;
         }
-        self.tracer.scene().emission(hit.triangle as usize, hit.barycentric) * self.lighting.emissive_scale
+        self.surfaces.emission(self.tracer.scene(), hit) * self.lighting.emissive_scale
     }
 }
