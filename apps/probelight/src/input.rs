@@ -64,16 +64,14 @@ const CONVERGED: f64 = 1e-3;
 /// Bounces after which convergence is given up: enough for albedo 0.97.
 const MAX_BOUNCES: usize = 200;
 
-/// Prepares a baked scene and lets light bounce until nothing changes any more; also returns the number of
-/// bounces.
-pub fn light(baked: Arc<BakedScene>, setup: &Setup, console: &Console) -> anyhow::Result<(Runtime, usize)> {
-    let mut runtime = Runtime::new(baked)?;
+/// Lets the setup's light bounce until nothing changes any more; returns the number of bounces.
+pub fn light(runtime: &mut Runtime, setup: &Setup, console: &Console) -> usize {
     runtime.set_lighting(setup.lighting.clone());
     let convergence = runtime.converge(CONVERGED, MAX_BOUNCES);
     if convergence.change > CONVERGED {
         console.note(format!("light was still changing by {:.1e} after {MAX_BOUNCES} bounces", convergence.change));
     }
-    Ok((runtime, convergence.steps))
+    convergence.steps
 }
 
 /// The camera called `name`, or the first; with another image size if one is given.

@@ -3,12 +3,14 @@
 //! Each command is a file in `commands`: its raw flags (clap), the settings resolved from them, and what it
 //! does. Everything ends in [`main`], the only place that prints an error and chooses the exit code.
 
+mod bundled;
 mod cli;
 mod commands;
 mod console;
 mod input;
 mod interrupt;
 mod output;
+mod points;
 
 use std::io::Write;
 use std::process::ExitCode;

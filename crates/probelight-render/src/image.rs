@@ -7,7 +7,6 @@ use exr::prelude::{self as openexr, ReadChannels as _, ReadLayers as _, Writable
 use probelight_asset::write_atomically;
 use probelight_math::glam::Vec3;
 
-
 /// Linear Rec. 709 pixels, rows from the top. Usually radiance in W·m⁻²·sr⁻¹.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {

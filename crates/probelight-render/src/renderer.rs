@@ -66,8 +66,7 @@ fn colors(runtime: &Runtime, scene: &Scene, hit: &Hit) -> Option<SurfaceColors> 
 /// Where the light of a hit's side lies in the lightmap, texels; `None` for a back face without light of its
 /// own.
 fn lightmap_position(layout: &LightmapLayout, hit: &Hit) -> Option<Vec2> {
-    let face =
-        if hit.is_back_face { *layout.back_faces.get(hit.triangle as usize)? } else { hit.triangle };
+    let face = if hit.is_back_face { *layout.back_faces.get(hit.triangle as usize)? } else { hit.triangle };
     (face != NONE).then(|| layout.faces[face as usize].position(hit.barycentric))
 }
 

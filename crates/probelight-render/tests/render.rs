@@ -5,9 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use probelight_math::glam::{Vec2, Vec3, Vec4};
-use probelight_render::{
-    Image, PixelFilter, RenderOptions, RenderOutput, Surfaces, View, render,
-};
+use probelight_render::{Image, PixelFilter, RenderOptions, RenderOutput, Surfaces, View, render};
 use probelight_scene::{Camera, Light, Lighting, Material, Scene, Sky};
 use probelight_trace::{Cancelled, Hit, Progress, Silent, Tracer};
 
@@ -43,7 +41,7 @@ fn scene_of_quads(quads: &[[Vec3; 4]], material: Material) -> Arc<Scene> {
 /// A closed box of edge 2 around the origin whose front faces look inwards.
 fn closed_box(material: Material) -> Arc<Scene> {
     let quad = |axis: Vec3, u: Vec3| {
-        let v = u.cross(axis);
+        let v = axis.cross(u);
         [(u + v), (u - v), (-u - v), (-u + v)].map(|corner| axis + corner)
     };
     let pairs = [(Vec3::X, Vec3::Y), (Vec3::Y, Vec3::Z), (Vec3::Z, Vec3::X)];

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use probelight_render::{Exposure, PixelFilter, RenderOptions, RenderOutput, View, render};
+use probelight_runtime::Runtime;
 use serde::Serialize;
 
 use crate::console::{self, Console};
@@ -141,7 +142,8 @@ pub fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     let setup = input::load_setup(flags.setup.as_deref(), &baked.scene)?;
     let camera = input::choose_camera(&setup, flags.camera.as_deref(), flags.size)?;
     let start = Instant::now();
-    let (runtime, bounces) = input::light(baked, &setup, console)?;
+    let mut runtime = Runtime::new(baked)?;
+    let bounces = input::light(&mut runtime, &setup, console);
     let light_seconds = start.elapsed().as_secs_f64();
     interrupt::check()?;
     let start = Instant::now();
