@@ -11,7 +11,7 @@ use probelight_scene::{Camera, Light, Lighting, Scene, Sky, load_gltf};
 
 /// A scene inside the program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum BundledScene {
+pub(crate) enum BundledScene {
     /// A courtyard with two storeys of arcades; the sun crosses the sky
     #[default]
     Atrium,
@@ -22,16 +22,16 @@ pub enum BundledScene {
 }
 
 /// One position of the moving light.
-pub struct LightPosition {
+pub(crate) struct LightPosition {
     /// For people.
-    pub name: String,
+    pub(crate) name: String,
     /// All light of that moment.
-    pub lighting: Lighting,
+    pub(crate) lighting: Lighting,
 }
 
 impl BundledScene {
     /// What the scene is called in file names.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Atrium => "atrium",
             Self::Rooms => "rooms",
@@ -48,7 +48,7 @@ impl BundledScene {
     }
 
     /// Unpacks the scene by way of a temporary file in `folder`.
-    pub fn load(self, folder: &Path) -> anyhow::Result<Arc<Scene>> {
+    pub(crate) fn load(self, folder: &Path) -> anyhow::Result<Arc<Scene>> {
         let file = tempfile::Builder::new().suffix(".glb").tempfile_in(folder);
         let file = file.with_context(|| format!("cannot write in the folder {}", folder.display()))?;
         std::fs::write(file.path(), self.glb()).context("cannot unpack the scene")?;
@@ -56,7 +56,7 @@ impl BundledScene {
     }
 
     /// Settings that keep the whole demo under three minutes on two cores.
-    pub fn bake_options(self) -> BakeOptions {
+    pub(crate) fn bake_options(self) -> BakeOptions {
         let (receivers, gather_rays) = match self {
             Self::Atrium => (50_000, 256),
             Self::Rooms => (40_000, 512),
@@ -66,7 +66,7 @@ impl BundledScene {
     }
 
     /// Paths per pixel of the reference pictures.
-    pub fn reference_samples(self) -> u32 {
+    pub(crate) fn reference_samples(self) -> u32 {
         match self {
             Self::Atrium => 64,
             Self::Rooms => 96,
@@ -75,7 +75,7 @@ impl BundledScene {
     }
 
     /// Where the pictures are taken from.
-    pub fn camera(self) -> Camera {
+    pub(crate) fn camera(self) -> Camera {
         let (position, target, vertical_degrees, width, height): (Vec3, Vec3, f32, u32, u32) = match self {
             Self::Atrium => (vec3(-12.0, 1.7, 0.0), vec3(4.0, 3.6, 0.0), 60.0, 320, 240),
             Self::Rooms => (vec3(0.6, 1.6, 4.4), vec3(5.8, 1.2, 1.2), 65.0, 320, 240),
@@ -86,7 +86,7 @@ impl BundledScene {
     }
 
     /// The path of the light, in order. Emissive surfaces are off.
-    pub fn light_path(self) -> Vec<LightPosition> {
+    pub(crate) fn light_path(self) -> Vec<LightPosition> {
         match self {
             Self::Atrium => {
                 let sky = vec3(0.6, 0.9, 1.5);

@@ -21,29 +21,29 @@ A first tour:
 /// and see the indirect light follow.
 #[derive(Parser)]
 #[command(name = "probelight", version, after_help = TOUR, max_term_width = 100)]
-pub struct Cli {
+pub(crate) struct Cli {
     /// Flags that every command has.
     #[command(flatten)]
-    pub global: GlobalFlags,
+    pub(crate) global: GlobalFlags,
     /// Without one: `demo`.
     #[command(subcommand)]
-    pub command: Option<Command>,
+    pub(crate) command: Option<Command>,
 }
 
 /// Flags that every command has.
 #[derive(Args)]
-pub struct GlobalFlags {
+pub(crate) struct GlobalFlags {
     /// Print no progress and no notes; errors are still printed
     #[arg(short, long, global = true)]
-    pub quiet: bool,
+    pub(crate) quiet: bool,
     /// Worker threads [default: one per core]; results do not depend on it
     #[arg(long, global = true, value_name = "N")]
-    pub threads: Option<NonZeroU16>,
+    pub(crate) threads: Option<NonZeroU16>,
 }
 
 /// What to do.
 #[derive(Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     /// Bake a bundled scene, move its light, compare with a path tracer (this runs when no command is given)
     Demo(demo::Flags),
     /// Precompute a scene's light transport: glTF in, .plight out
@@ -70,7 +70,7 @@ impl Default for Command {
 
 impl Command {
     /// Does it.
-    pub fn run(self, console: &Console) -> anyhow::Result<()> {
+    pub(crate) fn run(self, console: &Console) -> anyhow::Result<()> {
         match self {
             Self::Demo(flags) => demo::run(&flags, console),
             Self::Bake(flags) => bake::run(flags, console),

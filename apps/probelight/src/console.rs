@@ -10,14 +10,14 @@ use serde::Serialize;
 use crate::interrupt;
 
 /// Standard error for people, standard output for results.
-pub struct Console {
+pub(crate) struct Console {
     quiet: bool,
     bar: ProgressBar,
 }
 
 impl Console {
     /// Progress is shown only to people: not with `quiet`, not when standard error is a file or a pipe.
-    pub fn new(quiet: bool) -> Self {
+    pub(crate) fn new(quiet: bool) -> Self {
         let is_shown = !quiet && std::io::stderr().is_terminal();
         let bar = if is_shown { ProgressBar::no_length() } else { ProgressBar::hidden() };
         let style = ProgressStyle::with_template("{msg:<28} {wide_bar} {percent:>3} %  {eta:>4} left");
@@ -26,7 +26,7 @@ impl Console {
     }
 
     /// A line for people on standard error, unless they want quiet.
-    pub fn note(&self, line: impl AsRef<str>) {
+    pub(crate) fn note(&self, line: impl AsRef<str>) {
         if !self.quiet {
             // Nobody reads notes if standard error is closed.
             self.bar.suspend(|| _ = writeln!(std::io::stderr(), "{}", line.as_ref()));
@@ -34,7 +34,7 @@ impl Console {
     }
 
     /// Takes the progress bar off the screen.
-    pub fn clear_progress(&self) {
+    pub(crate) fn clear_progress(&self) {
         self.bar.finish_and_clear();
     }
 }
@@ -60,7 +60,7 @@ impl Progress for Console {
 ///
 /// # Errors
 /// If standard output cannot be written.
-pub fn print(text: impl std::fmt::Display) -> anyhow::Result<()> {
+pub(crate) fn print(text: impl std::fmt::Display) -> anyhow::Result<()> {
     writeln!(std::io::stdout().lock(), "{text}")?;
     Ok(())
 }
@@ -69,6 +69,6 @@ pub fn print(text: impl std::fmt::Display) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// If standard output cannot be written.
-pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print(serde_json::to_string_pretty(value)?)
 }

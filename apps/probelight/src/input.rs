@@ -12,13 +12,13 @@ use probelight_scene::{Camera, Scene, Setup, load_gltf};
 use crate::console::Console;
 
 /// Whether a file name is that of a glTF scene; anything else is taken for a baked file.
-pub fn is_scene(path: &Path) -> bool {
+pub(crate) fn is_scene(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
     matches!(extension.as_deref(), Some("glb" | "gltf"))
 }
 
 /// Reads a scene and notes what was repaired.
-pub fn load_scene(path: &Path, console: &Console) -> anyhow::Result<Arc<Scene>> {
+pub(crate) fn load_scene(path: &Path, console: &Console) -> anyhow::Result<Arc<Scene>> {
     let scene = load_gltf(path)?;
     for warning in &scene.warnings {
         console.note(format!("{}: {} {}", path.display(), warning.count, warning.message));
@@ -27,7 +27,7 @@ pub fn load_scene(path: &Path, console: &Console) -> anyhow::Result<Arc<Scene>> 
 }
 
 /// Reads a setup file, or makes a setup of the scene's own lights and cameras where none is given.
-pub fn load_setup(path: Option<&Path>, scene: &Scene) -> anyhow::Result<Setup> {
+pub(crate) fn load_setup(path: Option<&Path>, scene: &Scene) -> anyhow::Result<Setup> {
     match path {
         Some(path) => Ok(Setup::load(path)?),
         None => Ok(Setup::from_scene(scene)),
@@ -35,7 +35,7 @@ pub fn load_setup(path: Option<&Path>, scene: &Scene) -> anyhow::Result<Setup> {
 }
 
 /// Bake settings that trade accuracy for seconds, for a scene that is rendered without a baked file.
-pub fn quick_bake_options() -> BakeOptions {
+pub(crate) fn quick_bake_options() -> BakeOptions {
     BakeOptions {
         receivers: Some(20_000),
         gather_rays: Some(128),
@@ -47,7 +47,7 @@ pub fn quick_bake_options() -> BakeOptions {
 }
 
 /// Reads a baked file, or bakes a scene in memory with [`quick_bake_options`].
-pub fn load_or_bake(path: &Path, console: &Console) -> anyhow::Result<Arc<BakedScene>> {
+pub(crate) fn load_or_bake(path: &Path, console: &Console) -> anyhow::Result<Arc<BakedScene>> {
     if !is_scene(path) {
         return Ok(Arc::new(BakedScene::read(path)?));
     }
@@ -65,24 +65,31 @@ const CONVERGED: f64 = 1e-3;
 const MAX_BOUNCES: usize = 200;
 
 /// Lets the setup's light bounce until nothing changes any more; returns the number of bounces.
-pub fn light(runtime: &mut Runtime, setup: &Setup, console: &Console) -> usize {
+pub(crate) fn light(runtime: &mut Runtime, setup: &Setup, console: &Console) -> usize {
     runtime.set_lighting(setup.lighting.clone());
     let convergence = runtime.converge(CONVERGED, MAX_BOUNCES);
     if convergence.change > CONVERGED {
-        console.note(format!("light was still changing by {:.1e} after {MAX_BOUNCES} bounces", convergence.change));
+        console.note(format!(
+            "light was still changing by {:.1e} after {MAX_BOUNCES} bounces",
+            convergence.change
+        ));
     }
     convergence.steps
 }
 
 /// The camera called `name`, or the first; with another image size if one is given.
-pub fn choose_camera(setup: &Setup, name: Option<&str>, size: Option<(u32, u32)>) -> anyhow::Result<Camera> {
+pub(crate) fn choose_camera(
+    setup: &Setup,
+    name: Option<&str>,
+    size: Option<(u32, u32)>,
+) -> anyhow::Result<Camera> {
     let camera = setup.camera(name)?;
     let (width, height) = size.unwrap_or((camera.width, camera.height));
     Ok(Camera { width, height, ..camera.clone() })
 }
 
 /// Parses `WIDTHxHEIGHT`.
-pub fn parse_size(text: &str) -> anyhow::Result<(u32, u32)> {
+pub(crate) fn parse_size(text: &str) -> anyhow::Result<(u32, u32)> {
     let (width, height) = text.split_once('x').context("expected WIDTHxHEIGHT, for example 640x480")?;
     let side = |text: &str| match text.parse::<u32>() {
         Ok(side @ 1..=16_384) => Ok(side),

@@ -7,7 +7,7 @@ use anyhow::Context;
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
 /// Makes Ctrl-C (and a termination signal) ask for the end. A second one ends the program at once.
-pub fn install() -> anyhow::Result<()> {
+pub(crate) fn install() -> anyhow::Result<()> {
     ctrlc::set_handler(|| {
         if REQUESTED.swap(true, Ordering::SeqCst) {
             std::process::exit(crate::INTERRUPTED.into());
@@ -17,12 +17,12 @@ pub fn install() -> anyhow::Result<()> {
 }
 
 /// Whether the user asked for the end.
-pub fn is_requested() -> bool {
+pub(crate) fn is_requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }
 
 /// Fails if the user asked for the end; for places between two stages of work.
-pub fn check() -> anyhow::Result<()> {
+pub(crate) fn check() -> anyhow::Result<()> {
     anyhow::ensure!(!is_requested(), "interrupted");
     Ok(())
 }

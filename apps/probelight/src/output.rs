@@ -9,7 +9,7 @@ use probelight_render::{Exposure, Image, ToneMap};
 
 /// Fails now if writing `output` at the end would: its folder is missing or not writable, it is no ordinary
 /// file, or it is one of the inputs.
-pub fn check(output: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
+pub(crate) fn check(output: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
     let shown = output.display();
     ensure!(!output.is_dir(), "{shown} is a folder; name a file to write");
     if output.exists() {
@@ -32,7 +32,7 @@ fn check_folder(folder: &Path) -> anyhow::Result<()> {
 }
 
 /// Creates a folder with its parents if it is not there, and checks that files can be created in it.
-pub fn create_folder(folder: &Path) -> anyhow::Result<()> {
+pub(crate) fn create_folder(folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder)
         .with_context(|| format!("cannot create the folder {}", folder.display()))?;
     check_folder(folder)
@@ -48,14 +48,14 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Replaces a text file as a whole.
-pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
+pub(crate) fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
     write_atomically(path, |file| file.write_all(text.as_bytes()))
         .with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// Kinds of pictures, by the file name's extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PictureFormat {
+pub(crate) enum PictureFormat {
     /// Tone mapped, 8 bits.
     Png,
     /// Linear, 32-bit float.
@@ -64,7 +64,7 @@ pub enum PictureFormat {
 
 impl PictureFormat {
     /// The format that a file name asks for.
-    pub fn of(path: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn of(path: &Path) -> anyhow::Result<Self> {
         match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("png") => Ok(Self::Png),
             Some("exr") => Ok(Self::Exr),
@@ -74,7 +74,7 @@ impl PictureFormat {
 }
 
 /// Writes a picture; returns the exposure that was used, as a power of two, if it was tone mapped.
-pub fn write_picture(
+pub(crate) fn write_picture(
     image: &Image,
     path: &Path,
     format: PictureFormat,

@@ -7,14 +7,14 @@ use anyhow::{Context, ensure};
 use probelight_math::glam::Vec3;
 
 /// A table as text; columns that are not understood are kept as they are.
-pub struct PointsTable {
+pub(crate) struct PointsTable {
     columns: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
 impl PointsTable {
     /// Reads a table and checks that every row has a field for every column.
-    pub fn read(path: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn read(path: &Path) -> anyhow::Result<Self> {
         let shown = path.display();
         let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {shown}"))?;
         Self::parse(&text).with_context(|| format!("{shown} is not a usable table of points"))
@@ -39,12 +39,14 @@ impl PointsTable {
     }
 
     /// Three columns as finite vectors, such as `position_x`, `position_y`, `position_z`.
-    pub fn vectors(&self, names: [&str; 3]) -> anyhow::Result<Vec<Vec3>> {
+    pub(crate) fn vectors(&self, names: [&str; 3]) -> anyhow::Result<Vec<Vec3>> {
         let columns = [self.column(names[0])?, self.column(names[1])?, self.column(names[2])?];
         let number = |row: usize, column: usize| {
             let field = &self.rows[row][column];
             let value = field.parse::<f32>().ok().filter(|value| value.is_finite());
-            value.with_context(|| format!("row {}, {}: {field:?} is not a number", row + 1, self.columns[column]))
+            value.with_context(|| {
+                format!("row {}, {}: {field:?} is not a number", row + 1, self.columns[column])
+            })
         };
         let vector = |row| {
             let [x, y, z] = columns.map(|column| number(row, column));
@@ -54,7 +56,7 @@ impl PointsTable {
     }
 
     /// Sets the columns `NAME_r`, `NAME_g`, `NAME_b`, adding those that are missing.
-    pub fn set_colors(&mut self, name: &str, colors: impl Iterator<Item = Vec3>) {
+    pub(crate) fn set_colors(&mut self, name: &str, colors: impl Iterator<Item = Vec3>) {
         let places = ["r", "g", "b"].map(|channel| {
             let column = format!("{name}_{channel}");
             self.column(&column).unwrap_or_else(|_| {
@@ -71,7 +73,7 @@ impl PointsTable {
     }
 
     /// The table as text.
-    pub fn to_csv(&self) -> String {
+    pub(crate) fn to_csv(&self) -> String {
         let mut text = self.columns.join(",") + "\n";
         for row in &self.rows {
             // Writing to a string cannot fail.
@@ -92,10 +94,7 @@ mod tests {
         let mut table = PointsTable::parse("note,p_z,p_y,p_x,E_g\na,3,2,1,9\nb,6,5,4,9\n").unwrap();
         assert_eq!(table.vectors(XYZ).unwrap(), [Vec3::new(1.0, 2.0, 3.0), Vec3::new(4.0, 5.0, 6.0)]);
         table.set_colors("E", [Vec3::new(0.5, 0.25, 0.125), Vec3::ZERO].into_iter());
-        assert_eq!(
-            table.to_csv(),
-            "note,p_z,p_y,p_x,E_g,E_r,E_b\na,3,2,1,0.25,0.5,0.125\nb,6,5,4,0,0,0\n"
-        );
+        assert_eq!(table.to_csv(), "note,p_z,p_y,p_x,E_g,E_r,E_b\na,3,2,1,0.25,0.5,0.125\nb,6,5,4,0,0,0\n");
     }
 
     #[test]

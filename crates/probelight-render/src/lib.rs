@@ -7,7 +7,7 @@
 //! | [`image`] | [`Image`]: linear RGB pixels; OpenEXR files |
 //! | [`tone_map`] | exposure and a filmic curve: [`DisplayImage`] from [`Image`] |
 //! | [`display_image`] | [`DisplayImage`]: 8-bit sRGB pixels; PNG files |
-//! | [`comparison`] | signed difference pictures, SSIM |
+//! | [`comparison`] | signed difference pictures |
 //! | [`contact_sheet`] | pictures side by side with titles |
 
 pub mod comparison;

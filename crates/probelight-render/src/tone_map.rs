@@ -56,6 +56,12 @@ impl ToneMap {
         filmic(exposed)
     }
 
+    /// What the screen emits for the whole picture, linear.
+    pub fn display_from_image(&self, image: &Image) -> Image {
+        let pixels = image.pixels.iter().map(|pixel| self.display_from_radiance(*pixel)).collect();
+        Image { width: image.width, height: image.height, pixels }
+    }
+
     /// The whole picture in 8-bit sRGB.
     pub fn apply(&self, image: &Image) -> DisplayImage {
         let encode = |pixel: &Vec3| srgb8_from_linear(self.display_from_radiance(*pixel));

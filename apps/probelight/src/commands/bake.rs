@@ -26,7 +26,7 @@ depends on the scene and the settings only, not on threads or interruptions.";
 /// Flags of `bake`.
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Flags {
+pub(crate) struct Flags {
     /// Scene to bake (.glb or .gltf)
     scene: PathBuf,
     /// The baked file to write (.plight)
@@ -136,7 +136,7 @@ struct Report<'a> {
 }
 
 /// Bakes a scene.
-pub fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
+pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     let settings = flags.resolve()?;
     let scene = input::load_scene(&settings.scene, console)?;
     if !settings.resume {

@@ -15,13 +15,13 @@ Examples:
 /// Flags of `completions`.
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Flags {
+pub(crate) struct Flags {
     /// The shell
     shell: Shell,
 }
 
 /// Prints the script.
-pub fn run(flags: &Flags) -> anyhow::Result<()> {
+pub(crate) fn run(flags: &Flags) -> anyhow::Result<()> {
     let mut script = Vec::new();
     clap_complete::generate(flags.shell, &mut Cli::command(), "probelight", &mut script);
     console::print(String::from_utf8(script)?.trim_end())

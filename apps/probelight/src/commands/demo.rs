@@ -7,11 +7,10 @@ use std::time::Instant;
 
 use clap::Args;
 use probelight_asset::BakedScene;
-use probelight_render::comparison::{difference, ssim};
+use probelight_eval::{EvalError, ImageView, ssim};
+use probelight_render::comparison::difference;
 use probelight_render::contact_sheet::ContactSheetRow;
-use probelight_render::{
-    ContactSheet, DisplayImage, Exposure, Image, RenderOptions, RenderOutput, ToneMap, View, render,
-};
+use probelight_render::{ContactSheet, Exposure, Image, RenderOptions, RenderOutput, ToneMap, View, render};
 use probelight_runtime::Runtime;
 use probelight_scene::{Camera, Setup};
 use probelight_trace::{PathTracer, Tracer};
@@ -32,7 +31,7 @@ difference of the last two. It takes up to three minutes on two cores; most of i
 /// Flags of `demo`.
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Flags {
+pub(crate) struct Flags {
     /// The scene
     #[arg(long, value_enum, default_value_t)]
     scene: BundledScene,
@@ -80,17 +79,16 @@ struct Similarity {
     bounces: usize,
     /// Structural similarity of the tone-mapped pictures with and without global illumination to the
     /// reference.
-    ssim: Option<f64>,
-    ssim_without: Option<f64>,
+    ssim: f64,
+    ssim_without: f64,
 }
 
 /// Bakes, moves the light, and writes the contact sheet.
-pub fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
+pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let start = Instant::now();
     output::create_folder(&flags.out)?;
     let file = |extension: &str| flags.out.join(format!("{}.{extension}", flags.scene.name()));
-    let mut report =
-        Report { contact_sheet: file("png"), baked_file: file("plight"), ..Report::default() };
+    let mut report = Report { contact_sheet: file("png"), baked_file: file("plight"), ..Report::default() };
     output::check(&report.contact_sheet, &[])?;
     output::check(&report.baked_file, &[])?;
 
@@ -105,7 +103,8 @@ pub fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let tracer = Arc::new(Tracer::new(scene));
     let rows = light_and_compare(flags.scene, Arc::new(baked), &tracer, &mut report, console)?;
     console.clear_progress();
-    let columns = ["without GI", "with GI (Probelight)", "path-traced reference", "difference x4 (grey: equal)"];
+    let columns =
+        ["without GI", "with GI (Probelight)", "path-traced reference", "difference x4 (grey: equal)"];
     let sheet = ContactSheet {
         title: format!("Probelight: {}, baked once, lit {} times", flags.scene.name(), rows.len()),
         columns: columns.map(String::from).into(),
@@ -135,9 +134,10 @@ fn light_and_compare(
         let [without, with] = timed(&mut report.seconds.render, || pictures(&runtime, &camera, console))?;
         let path_tracer = PathTracer::new(Arc::clone(tracer), position.lighting.clone());
         let samples = scene.reference_samples();
-        let pixels = timed(&mut report.seconds.reference, || path_tracer.render(&camera, samples, 0, console))?;
+        let pixels =
+            timed(&mut report.seconds.reference, || path_tracer.render(&camera, samples, 0, console))?;
         let reference = Image { width: camera.width, height: camera.height, pixels };
-        let (row, similarity) = compare(&position, bounces, &without, &with, &reference);
+        let (row, similarity) = compare(&position, bounces, &without, &with, &reference)?;
         rows.push(row);
         report.light_positions.push(similarity);
     }
@@ -160,25 +160,31 @@ fn compare(
     without: &Image,
     with: &Image,
     reference: &Image,
-) -> (ContactSheetRow, Similarity) {
+) -> Result<(ContactSheetRow, Similarity), EvalError> {
     let tone_map = ToneMap::new(Exposure::Automatic, reference);
-    let shown: [DisplayImage; 3] = [without, with, reference].map(|image| tone_map.apply(image));
     let similarity = Similarity {
         name: position.name.clone(),
         bounces,
-        ssim: ssim(&shown[1], &shown[2]),
-        ssim_without: ssim(&shown[0], &shown[2]),
+        ssim: shown_similarity(with, reference, tone_map)?,
+        ssim_without: shown_similarity(without, reference, tone_map)?,
     };
-    let score = |ssim: Option<f64>| ssim.map_or("unknown".into(), |ssim| format!("{ssim:.3}"));
     let caption = format!(
-        "{}; SSIM to the reference: {} with GI, {} without",
-        position.name,
-        score(similarity.ssim),
-        score(similarity.ssim_without)
+        "{}; SSIM to the reference: {:.3} with GI, {:.3} without",
+        position.name, similarity.ssim, similarity.ssim_without
     );
-    let mut pictures = Vec::from(shown);
+    let mut pictures: Vec<_> = [without, with, reference].map(|image| tone_map.apply(image)).into();
     pictures.push(difference(with, reference, tone_map, DIFFERENCE_GAIN));
-    (ContactSheetRow { caption, pictures }, similarity)
+    Ok((ContactSheetRow { caption, pictures }, similarity))
+}
+
+/// Structural similarity of two pictures as the screen shows them.
+fn shown_similarity(image: &Image, reference: &Image, tone_map: ToneMap) -> Result<f64, EvalError> {
+    let [image, reference] = [image, reference].map(|image| tone_map.display_from_image(image));
+    ssim(&view(&image)?, &view(&reference)?)
+}
+
+fn view(image: &Image) -> Result<ImageView<'_>, EvalError> {
+    ImageView::new(image.width as usize, image.height as usize, &image.pixels)
 }
 
 /// Runs a stage and adds the seconds it took.
@@ -195,7 +201,11 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
     let bounces: usize = report.light_positions.iter().map(|position| position.bounces).sum();
     let positions = report.light_positions.len();
     writeln!(text, "bake                 {:>7.1} s, once", seconds.bake)?;
-    writeln!(text, "indirect light       {:>7.1} s, {bounces} bounces for {positions} light positions", seconds.light)?;
+    writeln!(
+        text,
+        "indirect light       {:>7.1} s, {bounces} bounces for {positions} light positions",
+        seconds.light
+    )?;
     writeln!(text, "pictures             {:>7.1} s", seconds.render)?;
     writeln!(text, "path-traced pictures {:>7.1} s", seconds.reference)?;
     writeln!(text, "everything           {:>7.1} s", seconds.total)?;

@@ -16,7 +16,7 @@ Examples:
 /// Flags of `info`.
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Flags {
+pub(crate) struct Flags {
     /// A baked file (.plight)
     #[arg(value_name = "FILE")]
     file: PathBuf,
@@ -26,13 +26,20 @@ pub struct Flags {
 }
 
 /// Prints what a baked file says about itself.
-pub fn run(flags: &Flags) -> anyhow::Result<()> {
+pub(crate) fn run(flags: &Flags) -> anyhow::Result<()> {
     let info = BakedScene::read_info(&flags.file)?;
-    if flags.json { console::print_json(&info) } else { console::print(describe(&info)?.trim_end()) }
+    if flags.json {
+        return console::print_json(&info);
+    }
+    let mut text = describe(&info)?;
+    for section in &info.sections {
+        writeln!(text, "{:<22}{}", format!("section {}", section.name), megabytes(section.bytes))?;
+    }
+    console::print(text.trim_end())
 }
 
 /// The summary as text, a figure a line.
-pub fn describe(info: &BakedInfo) -> Result<String, std::fmt::Error> {
+pub(crate) fn describe(info: &BakedInfo) -> Result<String, std::fmt::Error> {
     let (settings, report) = (&info.settings, &info.report);
     let mut text = String::new();
     let mut line = |name: &str, value: String| writeln!(text, "{name:<22}{value}");
@@ -45,10 +52,7 @@ pub fn describe(info: &BakedInfo) -> Result<String, std::fmt::Error> {
             info.lightmap_width, info.lightmap_height, info.lightmap_pages, settings.texels_per_meter
         ),
     )?;
-    line(
-        "texels",
-        format!("{} in charts, {} inside geometry", report.chart_texels, report.invalid_texels),
-    )?;
+    line("texels", format!("{} in charts, {} inside geometry", report.chart_texels, report.invalid_texels))?;
     line("receivers", format!("{}, {} gather rays each", info.receivers, settings.gather_rays))?;
     line(
         "probes",
@@ -80,9 +84,6 @@ pub fn describe(info: &BakedInfo) -> Result<String, std::fmt::Error> {
     for warning in &report.warnings {
         line("warning", warning.clone())?;
     }
-    for section in &info.sections {
-        line(&format!("section {}", section.name), megabytes(section.bytes))?;
-    }
     Ok(text)
 }
 
@@ -92,6 +93,10 @@ fn percent(share: f64) -> String {
 }
 
 /// A file size in decimal units.
-pub fn megabytes(bytes: u64) -> String {
-    if bytes < 1_000_000 { format!("{:.1} kB", bytes as f64 / 1e3) } else { format!("{:.1} MB", bytes as f64 / 1e6) }
+pub(crate) fn megabytes(bytes: u64) -> String {
+    if bytes < 1_000_000 {
+        format!("{:.1} kB", bytes as f64 / 1e3)
+    } else {
+        format!("{:.1} MB", bytes as f64 / 1e6)
+    }
 }

@@ -15,14 +15,14 @@ Examples:
 /// Flags of `man`.
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Flags {
+pub(crate) struct Flags {
     /// Folder for the pages; created if missing
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 }
 
 /// Writes one page per command.
-pub fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
+pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     output::create_folder(&flags.folder)?;
     clap_mangen::generate_to(Cli::command().disable_help_subcommand(true), &flags.folder)?;
     console.note(format!("wrote the manual pages to {}", flags.folder.display()));

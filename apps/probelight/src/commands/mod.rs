@@ -1,10 +1,10 @@
 //! One file per command.
 
-pub mod bake;
-pub mod completions;
-pub mod demo;
-pub mod eval;
-pub mod info;
-pub mod man;
-pub mod reference;
-pub mod render;
+pub(crate) mod bake;
+pub(crate) mod completions;
+pub(crate) mod demo;
+pub(crate) mod eval;
+pub(crate) mod info;
+pub(crate) mod man;
+pub(crate) mod reference;
+pub(crate) mod render;

@@ -31,7 +31,7 @@ standard errors se_area, se_sky, se_indirect. Noise halves with four times the s
 /// Flags of `reference`.
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Flags {
+pub(crate) struct Flags {
     /// A scene (.glb or .gltf)
     scene: PathBuf,
     /// Lights, sky and cameras [default: those of the glTF file]
@@ -91,7 +91,7 @@ struct Report<'a> {
 }
 
 /// Traces a picture or points.
-pub fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
+pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     check_outputs(&flags)?;
     let scene = input::load_scene(&flags.scene, console)?;
     let setup = input::load_setup(flags.setup.as_deref(), &scene)?;

@@ -25,7 +25,7 @@ A .png is exposed and tone mapped for the screen; an .exr holds linear radiance 
 /// Flags of `render`.
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Flags {
+pub(crate) struct Flags {
     /// A baked file (.plight), or a scene (.glb, .gltf) to bake quickly in memory
     #[arg(value_name = "FILE")]
     file: PathBuf,
@@ -81,7 +81,7 @@ enum FilterFlag {
 }
 
 /// Parses a finite number.
-pub fn finite(text: &str) -> Result<f32, String> {
+pub(crate) fn finite(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err("expected a number".into()),
@@ -132,7 +132,7 @@ struct Report<'a> {
 }
 
 /// Makes a picture.
-pub fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
+pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     let Settings { flags, format, exposure, options } = flags.resolve()?;
     // A wrong setup or camera is reported before a scene is baked for nothing.
     if let Some(path) = &flags.setup {
