@@ -68,9 +68,9 @@ impl BundledScene {
     /// Paths per pixel of the reference pictures.
     pub(crate) fn reference_samples(self) -> u32 {
         match self {
-            Self::Atrium => 64,
-            Self::Rooms => 96,
-            Self::Cornell => 256,
+            Self::Atrium => 48,
+            Self::Rooms => 64,
+            Self::Cornell => 128,
         }
     }
 
@@ -100,7 +100,7 @@ impl BundledScene {
                     .map(|(x, y, warmth)| sun(vec3(x, y, 0.7), warmth, sky))
                     .into()
             }
-            Self::Cornell => [(0.8, 1.2), (2.0, 4.4), (3.6, 4.4), (4.8, 1.2)]
+            Self::Cornell => [(0.7, 3.4), (2.0, 4.4), (3.6, 4.4), (4.8, 1.2)]
                 .map(|(x, y)| lamp(vec3(x, y, 1.6), vec3(12.0, 11.0, 9.0)))
                 .into(),
         }

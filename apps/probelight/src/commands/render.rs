@@ -150,6 +150,10 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     let image = render(View::of(&runtime), &camera, &options, console)?;
     let render_seconds = start.elapsed().as_secs_f64();
     console.clear_progress();
+    if image.pixels.iter().all(|pixel| pixel.max_element() <= 0.0) {
+        console
+            .note("the picture is black: does the camera see lit surfaces? --setup gives lights and cameras");
+    }
     let exposure_ev = output::write_picture(&image, &flags.out, format, exposure)?;
     if flags.json {
         return console::print_json(&Report {
