@@ -1,0 +1,96 @@
+//! The command line as a whole; each command's own flags are beside its code.
+
+use std::num::NonZeroU16;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::commands::{bake, completions, demo, eval, info, man, reference, render};
+use crate::console::Console;
+
+const TOUR: &str = "\
+A first tour:
+  probelight                                       bake a bundled scene and write a contact sheet to ./out
+  probelight bake room.glb -o room.plight          precompute light transport, once per scene
+  probelight render room.plight -o room.png        light it by the lights of its glTF file
+  probelight render room.plight --setup night.json --camera door -o night.png
+                                                   other lights, another camera: no new bake
+
+`probelight help COMMAND` explains a command and shows examples.";
+
+/// Real-time global illumination: bake a static scene once, then change its lights, sky, emission and colours
+/// and see the indirect light follow.
+#[derive(Parser)]
+#[command(name = "probelight", version, after_help = TOUR, max_term_width = 100)]
+pub(crate) struct Cli {
+    /// Flags that every command has.
+    #[command(flatten)]
+    pub(crate) global: GlobalFlags,
+    /// Without one: `demo`.
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+/// Flags that every command has.
+#[derive(Args)]
+pub(crate) struct GlobalFlags {
+    /// Print no progress and no notes; errors are still printed
+    #[arg(short, long, global = true)]
+    pub(crate) quiet: bool,
+    /// Worker threads [default: one per core]; results do not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    pub(crate) threads: Option<NonZeroU16>,
+}
+
+/// What to do.
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Bake a bundled scene, move its light, compare with a path tracer (this runs when no command is given)
+    Demo(demo::Flags),
+    /// Precompute a scene's light transport: glTF in, .plight out
+    Bake(bake::Flags),
+    /// Describe a baked file
+    Info(info::Flags),
+    /// Picture of a baked file, or of a scene, under given lights
+    Render(render::Flags),
+    /// Path-traced truth: a picture, or irradiance at given points (slow)
+    Reference(reference::Flags),
+    /// Measure a baked file's error against reference points
+    Eval(eval::Flags),
+    /// Print a completion script for a shell
+    Completions(completions::Flags),
+    /// Write the manual pages into a folder
+    Man(man::Flags),
+}
+
+impl Default for Command {
+    fn default() -> Self {
+        Self::Demo(demo::Flags::default())
+    }
+}
+
+impl Command {
+    /// Does it.
+    pub(crate) fn run(self, console: &Console) -> anyhow::Result<()> {
+        match self {
+            Self::Demo(flags) => demo::run(&flags, console),
+            Self::Bake(flags) => bake::run(flags, console),
+            Self::Info(flags) => info::run(&flags),
+            Self::Render(flags) => render::run(flags, console),
+            Self::Reference(flags) => reference::run(flags, console),
+            Self::Eval(flags) => eval::run(&flags, console),
+            Self::Completions(flags) => completions::run(&flags),
+            Self::Man(flags) => man::run(&flags, console),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

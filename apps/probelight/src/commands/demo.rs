@@ -1,0 +1,216 @@
+//! `probelight demo`, and `probelight` alone
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use clap::Args;
+use probelight_asset::BakedScene;
+use probelight_eval::{EvalError, ImageView, ssim};
+use probelight_render::comparison::difference;
+use probelight_render::contact_sheet::ContactSheetRow;
+use probelight_render::{ContactSheet, Exposure, Image, RenderOptions, RenderOutput, ToneMap, View, render};
+use probelight_runtime::Runtime;
+use probelight_scene::{Camera, Setup};
+use probelight_trace::{PathTracer, Tracer};
+use serde::Serialize;
+
+use crate::bundled::{BundledScene, LightPosition};
+use crate::console::{self, Console};
+use crate::{input, interrupt, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  probelight                                 the atrium, into ./out
+  probelight demo --scene cornell -o /tmp/cornell
+
+The contact sheet shows each light position without global illumination, with it, path-traced, and the
+difference of the last two. It takes up to three minutes on two cores; most of it is the path tracer.";
+
+/// Flags of `demo`.
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Flags {
+    /// The scene
+    #[arg(long, value_enum, default_value_t)]
+    scene: BundledScene,
+    /// Folder for the results; created if missing
+    #[arg(short, long, value_name = "DIR", default_value = DEFAULT_FOLDER)]
+    out: PathBuf,
+    /// Print times and file names as one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+const DEFAULT_FOLDER: &str = "out";
+
+impl Default for Flags {
+    fn default() -> Self {
+        Self { scene: BundledScene::default(), out: DEFAULT_FOLDER.into(), json: false }
+    }
+}
+
+/// Gain of the difference pictures.
+const DIFFERENCE_GAIN: f32 = 4.0;
+
+/// What the demo measured and where its files are.
+#[derive(Default, Serialize)]
+struct Report {
+    contact_sheet: PathBuf,
+    baked_file: PathBuf,
+    seconds: Seconds,
+    light_positions: Vec<Similarity>,
+}
+
+/// Time by stage, over all light positions.
+#[derive(Default, Serialize)]
+struct Seconds {
+    bake: f64,
+    light: f64,
+    render: f64,
+    reference: f64,
+    total: f64,
+}
+
+#[derive(Serialize)]
+struct Similarity {
+    name: String,
+    bounces: usize,
+    /// Structural similarity of the tone-mapped pictures with and without global illumination to the
+    /// reference.
+    ssim: f64,
+    ssim_without: f64,
+}
+
+/// Bakes, moves the light, and writes the contact sheet.
+pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
+    let start = Instant::now();
+    output::create_folder(&flags.out)?;
+    let file = |extension: &str| flags.out.join(format!("{}.{extension}", flags.scene.name()));
+    let mut report = Report { contact_sheet: file("png"), baked_file: file("plight"), ..Report::default() };
+    output::check(&report.contact_sheet, &[])?;
+    output::check(&report.baked_file, &[])?;
+
+    console.note(format!("baking the scene \"{}\" ...", flags.scene.name()));
+    let scene = flags.scene.load(&flags.out)?;
+    let options = flags.scene.bake_options();
+    let baked = timed(&mut report.seconds.bake, || {
+        probelight_bake::bake(Arc::clone(&scene), &options, None, console)
+    })?;
+    baked.write(&report.baked_file)?;
+
+    let tracer = Arc::new(Tracer::new(scene));
+    let rows = light_and_compare(flags.scene, Arc::new(baked), &tracer, &mut report, console)?;
+    console.clear_progress();
+    let columns =
+        ["without GI", "with GI (Probelight)", "path-traced reference", "difference x4 (grey: equal)"];
+    let sheet = ContactSheet {
+        title: format!("Probelight: {}, baked once, lit {} times", flags.scene.name(), rows.len()),
+        columns: columns.map(String::from).into(),
+        rows,
+    };
+    sheet.draw().write_png(&report.contact_sheet)?;
+    report.seconds.total = start.elapsed().as_secs_f64();
+    if flags.json { console::print_json(&report) } else { console::print(describe(&report)?.trim_end()) }
+}
+
+/// One row of the contact sheet for each light position.
+fn light_and_compare(
+    scene: BundledScene,
+    baked: Arc<BakedScene>,
+    tracer: &Arc<Tracer>,
+    report: &mut Report,
+    console: &Console,
+) -> anyhow::Result<Vec<ContactSheetRow>> {
+    let camera = scene.camera();
+    let mut runtime = Runtime::new(baked)?;
+    let mut rows = Vec::new();
+    for position in scene.light_path() {
+        interrupt::check()?;
+        console.note(format!("{} ...", position.name));
+        let setup = Setup { lighting: position.lighting.clone(), ..Setup::default() };
+        let bounces = timed(&mut report.seconds.light, || input::light(&mut runtime, &setup, console));
+        let [without, with] = timed(&mut report.seconds.render, || pictures(&runtime, &camera, console))?;
+        let path_tracer = PathTracer::new(Arc::clone(tracer), position.lighting.clone());
+        let samples = scene.reference_samples();
+        let pixels =
+            timed(&mut report.seconds.reference, || path_tracer.render(&camera, samples, 0, console))?;
+        let reference = Image { width: camera.width, height: camera.height, pixels };
+        let (row, similarity) = compare(&position, bounces, &without, &with, &reference)?;
+        rows.push(row);
+        report.light_positions.push(similarity);
+    }
+    Ok(rows)
+}
+
+/// The scene without and with global illumination.
+fn pictures(runtime: &Runtime, camera: &Camera, console: &Console) -> anyhow::Result<[Image; 2]> {
+    let picture = |output| {
+        let options = RenderOptions { output, ..RenderOptions::default() };
+        render(View::of(runtime), camera, &options, console)
+    };
+    Ok([picture(RenderOutput::Direct)?, picture(RenderOutput::Full)?])
+}
+
+/// A row of pictures, all with the exposure that suits the reference.
+fn compare(
+    position: &LightPosition,
+    bounces: usize,
+    without: &Image,
+    with: &Image,
+    reference: &Image,
+) -> Result<(ContactSheetRow, Similarity), EvalError> {
+    let tone_map = ToneMap::new(Exposure::Automatic, reference);
+    let similarity = Similarity {
+        name: position.name.clone(),
+        bounces,
+        ssim: shown_similarity(with, reference, tone_map)?,
+        ssim_without: shown_similarity(without, reference, tone_map)?,
+    };
+    let caption = format!(
+        "{}; SSIM to the reference: {:.3} with GI, {:.3} without",
+        position.name, similarity.ssim, similarity.ssim_without
+    );
+    let mut pictures: Vec<_> = [without, with, reference].map(|image| tone_map.apply(image)).into();
+    pictures.push(difference(with, reference, tone_map, DIFFERENCE_GAIN));
+    Ok((ContactSheetRow { caption, pictures }, similarity))
+}
+
+/// Structural similarity of two pictures as the screen shows them.
+fn shown_similarity(image: &Image, reference: &Image, tone_map: ToneMap) -> Result<f64, EvalError> {
+    let [image, reference] = [image, reference].map(|image| tone_map.display_from_image(image));
+    ssim(&view(&image)?, &view(&reference)?)
+}
+
+fn view(image: &Image) -> Result<ImageView<'_>, EvalError> {
+    ImageView::new(image.width as usize, image.height as usize, &image.pixels)
+}
+
+/// Runs a stage and adds the seconds it took.
+fn timed<T>(seconds: &mut f64, stage: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = stage();
+    *seconds += start.elapsed().as_secs_f64();
+    result
+}
+
+fn describe(report: &Report) -> Result<String, std::fmt::Error> {
+    let mut text = String::new();
+    let seconds = &report.seconds;
+    let bounces: usize = report.light_positions.iter().map(|position| position.bounces).sum();
+    let positions = report.light_positions.len();
+    writeln!(text, "bake                 {:>7.1} s, once", seconds.bake)?;
+    writeln!(
+        text,
+        "indirect light       {:>7.1} s, {bounces} bounces for {positions} light positions",
+        seconds.light
+    )?;
+    writeln!(text, "pictures             {:>7.1} s", seconds.render)?;
+    writeln!(text, "path-traced pictures {:>7.1} s", seconds.reference)?;
+    writeln!(text, "everything           {:>7.1} s", seconds.total)?;
+    let shown = |path: &Path| path.display().to_string();
+    writeln!(text, "contact sheet: {}", shown(&report.contact_sheet))?;
+    writeln!(text, "baked scene:   {} (try `probelight info` on it)", shown(&report.baked_file))?;
+    Ok(text)
+}

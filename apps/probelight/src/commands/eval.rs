@@ -1,0 +1,128 @@
+//! `probelight eval FILE --setup S.json --points REF.csv`
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+use probelight_asset::BakedScene;
+use probelight_eval::{PointErrors, PointKind, PointSelection, ReferencePoints, write_predictions};
+use probelight_math::glam::Vec3;
+use probelight_runtime::Runtime;
+use probelight_scene::Setup;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::console::{self, Console};
+use crate::{input, interrupt, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  probelight eval room.plight --setup night.json --points night.csv
+  probelight eval room.plight --setup night.json --points night.csv --predictions ours.csv --json
+
+Irradiance of the lightmap is compared with the reference's E_indirect + E_area + E_sky, because light of the
+sky and of emissive surfaces reaches the lightmap by way of the probes too; direct light of point, spot and
+directional lights is not part of it. `probelight reference --points` makes such tables.";
+
+/// Flags of `eval`.
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Flags {
+    /// A baked file (.plight)
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The lights of the reference
+    #[arg(long, value_name = "S.json")]
+    setup: PathBuf,
+    /// Reference irradiance at points
+    #[arg(long, value_name = "REF.csv")]
+    points: PathBuf,
+    /// Write the predicted irradiance of every row: columns E_r,E_g,E_b, NaN where there is none
+    #[arg(long, value_name = "OUT.csv")]
+    predictions: Option<PathBuf>,
+    /// Print one JSON object instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `eval --json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    file: &'a Path,
+    setup: &'a str,
+    points: &'a Path,
+    /// Rows on surfaces.
+    surface_points: usize,
+    /// Rows in free space, which have no prediction.
+    free_space_points: usize,
+    bounces: usize,
+    #[serde(flatten)]
+    errors: PointErrors,
+}
+
+/// Compares a baked file with reference points.
+pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
+    if let Some(predictions) = &flags.predictions {
+        output::check(predictions, &[&flags.file, &flags.setup, &flags.points])?;
+    }
+    let setup = Setup::load(&flags.setup)?;
+    let reference = ReferencePoints::read(&flags.points)?;
+    let baked = Arc::new(BakedScene::read(&flags.file)?);
+    let mut runtime = Runtime::new(baked)?;
+    let bounces = input::light(&mut runtime, &setup, console);
+    interrupt::check()?;
+
+    let predictions = predict(&runtime, &reference);
+    if let Some(path) = &flags.predictions {
+        write_predictions(path, &predictions)?;
+    }
+    let errors = PointErrors::measure(&reference, &predictions, &PointSelection::default())?;
+    let surface_points = reference.points.iter().filter(|point| point.kind == PointKind::Surface).count();
+    let report = Report {
+        file: &flags.file,
+        setup: &setup.name,
+        points: &flags.points,
+        surface_points,
+        free_space_points: reference.points.len() - surface_points,
+        bounces,
+        errors,
+    };
+    if flags.json { console::print_json(&report) } else { console::print(describe(&report)?.trim_end()) }
+}
+
+/// Irradiance of every row that lies on a surface with light of its own.
+fn predict(runtime: &Runtime, reference: &ReferencePoints) -> Vec<Option<Vec3>> {
+    let points = reference.points.par_iter();
+    let on_surface = points.map(|point| (point.kind == PointKind::Surface).then_some(point));
+    on_surface.map(|point| point.and_then(|p| runtime.irradiance_at(p.position, p.normal))).collect()
+}
+
+fn describe(report: &Report) -> Result<String, std::fmt::Error> {
+    let errors = &report.errors;
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| writeln!(text, "{name:<24}{value}");
+    let percent = |share: Option<f64>| share.map_or("undefined".into(), |s| format!("{:.2} %", s * 100.0));
+    line("compared", format!("{} under setup \"{}\"", errors.compared, report.setup))?;
+    line(
+        "points",
+        format!(
+            "{} on surfaces ({} without an answer), {} in free space (not predicted)",
+            report.surface_points, errors.unanswered, report.free_space_points
+        ),
+    )?;
+    line("relative RMSE", format!("{} (reference noise subtracted)", percent(errors.relative_rmse)))?;
+    line("reference noise", percent(errors.reference_noise))?;
+    line("median relative error", percent(errors.median_relative_error))?;
+    line("95th percentile", percent(errors.p95_relative_error))?;
+    line("mean bias", percent(errors.mean_bias))?;
+    line(
+        "mean irradiance",
+        format!("{:.4} W/m², reference {:.4}", errors.mean_prediction, errors.mean_reference),
+    )?;
+    line(
+        "largest irradiance",
+        format!("{:.4} W/m², reference {:.4}", errors.max_prediction, errors.max_reference),
+    )?;
+    Ok(text)
+}

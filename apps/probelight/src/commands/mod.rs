@@ -1,0 +1,10 @@
+//! One file per command.
+
+pub(crate) mod bake;
+pub(crate) mod completions;
+pub(crate) mod demo;
+pub(crate) mod eval;
+pub(crate) mod info;
+pub(crate) mod man;
+pub(crate) mod reference;
+pub(crate) mod render;

@@ -1,0 +1,177 @@
+//! `probelight render FILE|SCENE -o OUT.png`
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use probelight_render::{Exposure, PixelFilter, RenderOptions, RenderOutput, View, render};
+use probelight_runtime::Runtime;
+use serde::Serialize;
+
+use crate::console::{self, Console};
+use crate::output::PictureFormat;
+use crate::{input, interrupt, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  probelight render room.plight -o room.png
+  probelight render room.plight --setup night.json --camera door -o night.png --samples 64
+  probelight render room.plight --setup night.json --output indirect -o indirect.exr
+  probelight render room.glb -o try.png            bakes in memory with quick settings first
+
+A .png is exposed and tone mapped for the screen; an .exr holds linear radiance (W/m²/sr), or irradiance
+(W/m²) with `--output irradiance`.";
+
+/// Flags of `render`.
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Flags {
+    /// A baked file (.plight), or a scene (.glb, .gltf) to bake quickly in memory
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The picture to write (.png or .exr)
+    #[arg(short, long, value_name = "OUT")]
+    out: PathBuf,
+    /// Lights, sky and cameras [default: those of the glTF file]
+    #[arg(long, value_name = "S.json")]
+    setup: Option<PathBuf>,
+    /// Name of the camera [default: the first]
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
+    /// Which light to show
+    #[arg(long, value_enum, default_value_t)]
+    output: OutputFlag,
+    /// Exposure as a power of two, for .png [default: from the picture's brightness]
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = finite)]
+    exposure: Option<f32>,
+    /// Rays per pixel
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    samples: u32,
+    /// How a pixel weighs its samples
+    #[arg(long, value_enum, default_value_t)]
+    filter: FilterFlag,
+    /// Size of the picture, instead of the camera's
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = input::parse_size)]
+    size: Option<(u32, u32)>,
+    /// Print what was done as one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum OutputFlag {
+    /// All light
+    #[default]
+    Full,
+    /// Emission, sky behind the scene, direct light of point, spot and directional lights
+    Direct,
+    /// What the lightmap adds: bounced light, sky light, light of emissive surfaces
+    Indirect,
+    /// The lightmap itself, without surface colours
+    Irradiance,
+}
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum FilterFlag {
+    /// Evenly over the pixel's square, as references do
+    #[default]
+    Box,
+    /// Gaussian, for smoother edges
+    Gaussian,
+}
+
+/// Parses a finite number.
+pub(crate) fn finite(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("expected a number".into()),
+    }
+}
+
+/// What a picture needs to know, checked.
+struct Settings {
+    flags: Flags,
+    format: PictureFormat,
+    exposure: Exposure,
+    options: RenderOptions,
+}
+
+impl Flags {
+    fn resolve(self) -> anyhow::Result<Settings> {
+        let format = PictureFormat::of(&self.out)?;
+        let inputs: Vec<&Path> = [&self.file].into_iter().chain(&self.setup).map(PathBuf::as_path).collect();
+        output::check(&self.out, &inputs)?;
+        let output = match self.output {
+            OutputFlag::Full => RenderOutput::Full,
+            OutputFlag::Direct => RenderOutput::Direct,
+            OutputFlag::Indirect => RenderOutput::Indirect,
+            OutputFlag::Irradiance => RenderOutput::Irradiance,
+        };
+        let filter = match self.filter {
+            FilterFlag::Box => PixelFilter::Box,
+            FilterFlag::Gaussian => PixelFilter::Gaussian,
+        };
+        let exposure = self.exposure.map_or(Exposure::Automatic, Exposure::Ev);
+        let options = RenderOptions { output, filter, samples: self.samples };
+        Ok(Settings { flags: self, format, exposure, options })
+    }
+}
+
+/// What `render --json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    output: &'a Path,
+    camera: &'a str,
+    width: u32,
+    height: u32,
+    samples: u32,
+    bounces: usize,
+    exposure_ev: Option<f32>,
+    light_seconds: f64,
+    render_seconds: f64,
+}
+
+/// Makes a picture.
+pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
+    let Settings { flags, format, exposure, options } = flags.resolve()?;
+    // A wrong setup or camera is reported before a scene is baked for nothing.
+    if let Some(path) = &flags.setup {
+        input::choose_camera(&probelight_scene::Setup::load(path)?, flags.camera.as_deref(), flags.size)?;
+    }
+    let baked = input::load_or_bake(&flags.file, console)?;
+    let setup = input::load_setup(flags.setup.as_deref(), &baked.scene)?;
+    let camera = input::choose_camera(&setup, flags.camera.as_deref(), flags.size)?;
+    let start = Instant::now();
+    let mut runtime = Runtime::new(baked)?;
+    let bounces = input::light(&mut runtime, &setup, console);
+    let light_seconds = start.elapsed().as_secs_f64();
+    interrupt::check()?;
+    let start = Instant::now();
+    let image = render(View::of(&runtime), &camera, &options, console)?;
+    let render_seconds = start.elapsed().as_secs_f64();
+    console.clear_progress();
+    if image.pixels.iter().all(|pixel| pixel.max_element() <= 0.0) {
+        console
+            .note("the picture is black: does the camera see lit surfaces? --setup gives lights and cameras");
+    }
+    let exposure_ev = output::write_picture(&image, &flags.out, format, exposure)?;
+    if flags.json {
+        return console::print_json(&Report {
+            output: &flags.out,
+            camera: &camera.name,
+            width: camera.width,
+            height: camera.height,
+            samples: options.samples,
+            bounces,
+            exposure_ev,
+            light_seconds,
+            render_seconds,
+        });
+    }
+    let exposed = exposure_ev.map_or(String::new(), |ev| format!(", exposure {ev:+.2} EV"));
+    console.note(format!(
+        "wrote {} ({bounces} bounces in {light_seconds:.2} s, picture in {render_seconds:.2} s{exposed})",
+        flags.out.display()
+    ));
+    Ok(())
+}

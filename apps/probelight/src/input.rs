@@ -1,0 +1,118 @@
+//! Input files, and the choices that depend on what they hold.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context, bail};
+use probelight_asset::BakedScene;
+use probelight_bake::BakeOptions;
+use probelight_runtime::Runtime;
+use probelight_scene::{Camera, Scene, Setup, load_gltf};
+
+use crate::console::Console;
+
+/// Whether a file name is that of a glTF scene; anything else is taken for a baked file.
+pub(crate) fn is_scene(path: &Path) -> bool {
+    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    matches!(extension.as_deref(), Some("glb" | "gltf"))
+}
+
+/// Reads a scene and notes what was repaired.
+pub(crate) fn load_scene(path: &Path, console: &Console) -> anyhow::Result<Arc<Scene>> {
+    let scene = load_gltf(path)?;
+    for warning in &scene.warnings {
+        console.note(format!("{}: {} {}", path.display(), warning.count, warning.message));
+    }
+    Ok(Arc::new(scene))
+}
+
+/// Reads a setup file, or makes a setup of the scene's own lights and cameras where none is given.
+pub(crate) fn load_setup(path: Option<&Path>, scene: &Scene) -> anyhow::Result<Setup> {
+    match path {
+        Some(path) => Ok(Setup::load(path)?),
+        None => Ok(Setup::from_scene(scene)),
+    }
+}
+
+/// Bake settings that trade accuracy for seconds, for a scene that is rendered without a baked file.
+pub(crate) fn quick_bake_options() -> BakeOptions {
+    BakeOptions {
+        receivers: Some(20_000),
+        gather_rays: Some(128),
+        relight_rays: Some(256),
+        sh_degree: Some(5),
+        max_rank: Some(16),
+        ..BakeOptions::default()
+    }
+}
+
+/// Reads a baked file, or bakes a scene in memory with [`quick_bake_options`].
+pub(crate) fn load_or_bake(path: &Path, console: &Console) -> anyhow::Result<Arc<BakedScene>> {
+    if !is_scene(path) {
+        return Ok(Arc::new(BakedScene::read(path)?));
+    }
+    let scene = load_scene(path, console)?;
+    console.note(format!(
+        "{} is not baked yet: baking it in memory with quick settings; `probelight bake` does it well and once",
+        path.display()
+    ));
+    Ok(Arc::new(probelight_bake::bake(scene, &quick_bake_options(), None, console)?))
+}
+
+/// Largest relative change of the last bounce that still counts as converged.
+const CONVERGED: f64 = 1e-3;
+/// Bounces after which convergence is given up: enough for albedo 0.97.
+const MAX_BOUNCES: usize = 200;
+
+/// Lets the setup's light bounce until nothing changes any more; returns the number of bounces.
+pub(crate) fn light(runtime: &mut Runtime, setup: &Setup, console: &Console) -> usize {
+    runtime.set_lighting(setup.lighting.clone());
+    let convergence = runtime.converge(CONVERGED, MAX_BOUNCES);
+    if convergence.change > CONVERGED {
+        console.note(format!(
+            "light was still changing by {:.1e} after {MAX_BOUNCES} bounces",
+            convergence.change
+        ));
+    }
+    convergence.steps
+}
+
+/// The camera called `name`, or the first; with another image size if one is given.
+pub(crate) fn choose_camera(
+    setup: &Setup,
+    name: Option<&str>,
+    size: Option<(u32, u32)>,
+) -> anyhow::Result<Camera> {
+    let camera = setup.camera(name)?;
+    let (width, height) = size.unwrap_or((camera.width, camera.height));
+    Ok(Camera { width, height, ..camera.clone() })
+}
+
+/// Parses `WIDTHxHEIGHT`.
+pub(crate) fn parse_size(text: &str) -> anyhow::Result<(u32, u32)> {
+    let (width, height) = text.split_once('x').context("expected WIDTHxHEIGHT, for example 640x480")?;
+    let side = |text: &str| match text.parse::<u32>() {
+        Ok(side @ 1..=16_384) => Ok(side),
+        _ => bail!("{text:?} is not a number of pixels from 1 to 16384"),
+    };
+    Ok((side(width)?, side(height)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_two_positive_numbers() {
+        assert_eq!(parse_size("640x480").unwrap(), (640, 480));
+        for wrong in ["640", "0x5", "5x", "-1x5", "99999x5", "5x5x5"] {
+            assert!(parse_size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn scenes_are_told_by_their_name() {
+        assert!(is_scene(Path::new("a/b.GLB")) && is_scene(Path::new("b.gltf")));
+        assert!(!is_scene(Path::new("b.plight")) && !is_scene(Path::new("glb")));
+    }
+}

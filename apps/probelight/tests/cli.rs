@@ -1,0 +1,271 @@
+//! The program as a user meets it: exit codes, messages, files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+const SETUP: &str = r#"{ "version": 1, "name": "test", "scene": "cornell.glb", "use_emissive": false,
+  "lights": [{"type": "point", "position": [2.78, 4.6, 2.8], "intensity": [12, 11, 9]}],
+  "cameras": [{"name": "front", "position": [2.78, 2.73, -8], "target": [2.78, 2.73, 0], "up": [0, 1, 0],
+               "vfov_deg": 39.3, "width": 48, "height": 32}] }"#;
+
+/// Rows on the floor and on the left wall, and one in free space.
+const POINTS: &str = "\
+position_x,position_y,position_z,normal_x,normal_y,normal_z,kind
+1.0,0,1.0,0,1,0,0
+4.5,0,0.8,0,1,0,0
+0.6,0,4.9,0,1,0,0
+2.7,2.5,1.0,0,1,0,1
+";
+
+/// A folder with a setup and a table of points.
+struct Workplace {
+    folder: TempDir,
+}
+
+impl Workplace {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("setup.json"), SETUP).unwrap();
+        fs::write(folder.path().join("points.csv"), POINTS).unwrap();
+        fs::copy(bundled("cornell.glb"), folder.path().join("cornell.glb")).unwrap();
+        Self { folder }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Runs the program in the folder; arguments are separated by spaces.
+    fn run(&self, arguments: &str) -> Output {
+        let arguments = arguments.split_whitespace();
+        Command::new(env!("CARGO_BIN_EXE_probelight"))
+            .args(arguments)
+            .current_dir(&self.folder)
+            .output()
+            .unwrap()
+    }
+
+    /// Runs the program, which must succeed, and returns its standard output.
+    fn succeed(&self, arguments: &str) -> String {
+        let output = self.run(arguments);
+        assert!(output.status.success(), "{arguments}: {}", text(&output.stderr));
+        text(&output.stdout)
+    }
+
+    /// As [`Self::succeed`] with `--json`: standard output must be one JSON object.
+    fn json(&self, arguments: &str) -> Value {
+        let value: Value = serde_json::from_str(&self.succeed(&format!("{arguments} --json"))).unwrap();
+        assert!(value.is_object());
+        value
+    }
+
+    fn bake(&self) {
+        self.succeed("bake cornell.glb -o cornell.plight --receivers 600 --rays 64 --relight-rays 64");
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(&self.folder).unwrap();
+        let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+}
+
+fn bundled(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/scenes").join(name)
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+fn is_png(path: &Path) -> bool {
+    fs::read(path).unwrap().starts_with(b"\x89PNG")
+}
+
+#[test]
+fn bake_info_render_and_eval_work_together() {
+    let place = Workplace::new();
+    place.bake();
+    assert_eq!(place.names(), ["cornell.glb", "cornell.plight", "points.csv", "setup.json"]);
+
+    let info = place.json("info cornell.plight");
+    assert_eq!(info["triangles"], 32);
+    assert_eq!(info["settings"]["gather_rays"], 64);
+    assert!(place.succeed("info cornell.plight").contains("receivers"));
+
+    let render = place.json("render cornell.plight --setup setup.json --camera front --samples 2 -o a.png");
+    assert_eq!((&render["width"], &render["height"]), (&48.into(), &32.into()));
+    assert!(render["exposure_ev"].is_number() && is_png(&place.path("a.png")));
+
+    place.succeed("reference cornell.glb --setup setup.json --points points.csv -o ref.csv --samples 256");
+    let eval = place.json("eval cornell.plight --setup setup.json --points ref.csv --predictions ours.csv");
+    assert_eq!((&eval["surface_points"], &eval["free_space_points"]), (&3.into(), &1.into()));
+    assert!(eval["relative_rmse"].as_f64().unwrap() < 0.5, "{eval}");
+    assert!(eval["compared"].as_str().unwrap().contains("E_sky"));
+    let predictions = fs::read_to_string(place.path("ours.csv")).unwrap();
+    let lines: Vec<&str> = predictions.lines().collect();
+    assert_eq!((lines[0], lines.len(), lines[4]), ("E_r,E_g,E_b", 5, "NaN,NaN,NaN"));
+    assert!(
+        place.succeed("eval cornell.plight --setup setup.json --points ref.csv").contains("relative RMSE")
+    );
+}
+
+#[test]
+fn render_takes_a_scene_and_says_that_it_bakes() {
+    let place = Workplace::new();
+    let output = place
+        .run("render cornell.glb --setup setup.json --size 16x12 --samples 1 --output indirect -o a.exr");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("baking it in memory with quick settings"));
+    assert!(output.stdout.is_empty());
+    let image = probelight_render::Image::read_exr(&place.path("a.exr")).unwrap();
+    assert_eq!((image.width, image.height), (16, 12));
+    assert!(image.pixels.iter().any(|pixel| pixel.max_element() > 0.0));
+}
+
+#[test]
+fn reference_pictures_and_points_keep_their_formats() {
+    let place = Workplace::new();
+    place.succeed("reference cornell.glb --setup setup.json --camera front --samples 1 --size 8x6 -o a.png");
+    assert!(is_png(&place.path("a.png")));
+    let report =
+        place.json("reference cornell.glb --setup setup.json --points points.csv --samples 16 -o ref.csv");
+    assert_eq!(report["count"], 4);
+    let table = fs::read_to_string(place.path("ref.csv")).unwrap();
+    let header = table.lines().next().unwrap();
+    assert!(header.starts_with("position_x,position_y,position_z,normal_x,normal_y,normal_z,kind,E_delta_r"));
+    for column in
+        ["E_area_g", "E_sky_b", "E_direct_r", "E_indirect_r", "se_area_r", "se_sky_r", "se_indirect_b"]
+    {
+        assert!(header.split(',').any(|name| name == column), "{column}");
+    }
+}
+
+#[test]
+fn quiet_commands_print_nothing_and_results_do_not_depend_on_threads() {
+    let place = Workplace::new();
+    let settings = "--receivers 300 --rays 32 --relight-rays 32 --quiet";
+    for (threads, name) in [(1, "one.plight"), (3, "three.plight")] {
+        let output = place.run(&format!("bake cornell.glb -o {name} --threads {threads} {settings}"));
+        assert!(output.status.success() && output.stdout.is_empty() && output.stderr.is_empty());
+    }
+    assert_eq!(fs::read(place.path("one.plight")).unwrap(), fs::read(place.path("three.plight")).unwrap());
+    place.succeed(&format!("bake cornell.glb -o seed.plight --seed 5 {settings}"));
+    assert_ne!(fs::read(place.path("one.plight")).unwrap(), fs::read(place.path("seed.plight")).unwrap());
+}
+
+#[test]
+fn resume_without_an_interrupted_bake_starts_anew() {
+    let place = Workplace::new();
+    let output =
+        place.run("bake cornell.glb -o a.plight --receivers 300 --rays 32 --relight-rays 32 --resume");
+    assert!(output.status.success());
+    assert!(text(&output.stderr).contains("no interrupted bake to resume"));
+    assert!(!place.path("a.plight.partial").exists());
+}
+
+#[test]
+fn help_completions_and_manual_pages_are_there() {
+    let place = Workplace::new();
+    for command in ["demo", "bake", "info", "render", "reference", "eval", "completions", "man"] {
+        assert!(place.succeed(&format!("{command} --help")).contains("Examples:"), "{command}");
+    }
+    assert!(place.succeed("--help").contains("A first tour"));
+    assert!(place.succeed("--version").starts_with("probelight "));
+    assert!(place.succeed("completions bash").contains("--texel-density"));
+    place.succeed("man pages");
+    assert!(fs::read_to_string(place.path("pages/probelight-bake.1")).unwrap().contains("receivers"));
+}
+
+/// (arguments, exit code, what standard error must say)
+const BAD_INVOCATIONS: &[(&str, i32, &str)] = &[
+    ("frobnicate", 2, "unrecognized subcommand"),
+    ("bake cornell.glb", 2, "--out"),
+    ("bake cornell.glb -o a.plight --receivers many", 2, "invalid value"),
+    ("bake cornell.glb -o a.plight --receivers 5 --texel-density 2", 2, "cannot be used with"),
+    ("bake cornell.glb -o a.plight --threads 0", 2, "invalid value"),
+    ("bake cornell.glb -o a.plight --sh-degree 99", 1, "0 to 11"),
+    ("bake cornell.glb -o a.plight --texel-density -1", 2, ""),
+    ("bake none.glb -o a.plight", 1, "none.glb"),
+    ("bake setup.json -o a.plight", 1, "setup.json"),
+    ("bake cornell.glb -o none/a.plight", 1, "the folder none does not exist"),
+    ("bake cornell.glb -o .", 1, "is a folder"),
+    ("bake cornell.glb -o cornell.glb", 1, "also an input"),
+    ("bake cornell.glb -o setup.json/a.plight", 1, "not a folder"),
+    ("info cornell.glb", 1, "cornell.glb"),
+    ("info none.plight", 1, "none.plight"),
+    ("render cornell.glb -o a.jpg", 1, ".png"),
+    ("render cornell.glb -o a.png --setup setup.json --camera side", 1, "front"),
+    ("render cornell.glb -o a.png --setup none.json", 1, "none.json"),
+    ("render cornell.glb -o a.png --setup points.csv", 1, "points.csv"),
+    ("render cornell.glb -o a.png --size 0x9", 2, "pixels"),
+    ("render cornell.glb -o a.png --exposure nan", 2, "expected a number"),
+    ("render cornell.glb -o a.png --samples 0", 2, "0"),
+    ("reference cornell.glb --setup setup.json -o a.png", 2, "--camera"),
+    (
+        "reference cornell.glb --setup setup.json --camera front --points points.csv -o a.png",
+        2,
+        "cannot be used",
+    ),
+    ("reference cornell.glb --setup setup.json --points points.csv -o a.png", 1, ".csv"),
+    ("reference cornell.glb --setup setup.json --points setup.json -o a.csv", 1, "setup.json"),
+    ("eval none.plight --setup setup.json --points points.csv", 1, ""),
+    ("eval cornell.glb --setup setup.json --points none.csv", 1, "none.csv"),
+    ("demo --scene palace", 2, "atrium"),
+    ("demo --scene cornell -o setup.json", 1, "setup.json"),
+    ("completions tcsh2", 2, "bash"),
+];
+
+#[test]
+fn bad_invocations_say_what_is_wrong_and_leave_nothing_behind() {
+    let place = Workplace::new();
+    let before = place.names();
+    for (arguments, code, message) in BAD_INVOCATIONS {
+        let output = place.run(arguments);
+        let shown = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(*code), "{arguments}: {shown}");
+        assert!(shown.contains(message), "{arguments}: {shown}");
+        assert!(!shown.contains("panicked") && !shown.contains("backtrace"), "{arguments}: {shown}");
+        assert!(output.stdout.is_empty(), "{arguments}");
+        assert_eq!(place.names(), before, "{arguments}");
+    }
+}
+
+#[test]
+fn a_cut_off_baked_file_is_refused() {
+    let place = Workplace::new();
+    place.bake();
+    let bytes = fs::read(place.path("cornell.plight")).unwrap();
+    fs::write(place.path("cut.plight"), &bytes[..bytes.len() / 2]).unwrap();
+    for command in ["info cut.plight", "render cut.plight -o a.png"] {
+        let output = place.run(command);
+        assert_eq!(output.status.code(), Some(1), "{command}");
+        assert!(text(&output.stderr).contains("cut.plight"), "{command}: {}", text(&output.stderr));
+    }
+}
+
+/// Ctrl-C in the middle of a bake that would take minutes.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_bake_ends_with_130_and_leaves_no_half_file() {
+    let place = Workplace::new();
+    let arguments = "bake cornell.glb -o a.plight --receivers 200000 --rays 65536";
+    let mut child = Command::new(env!("CARGO_BIN_EXE_probelight"))
+        .args(arguments.split_whitespace())
+        .current_dir(&place.folder)
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(signal.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(!place.path("a.plight").exists());
+    let left = place.names();
+    assert!(left.iter().all(|name| !name.starts_with(".probelight")), "{left:?}");
+}

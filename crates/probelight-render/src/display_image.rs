@@ -1,0 +1,91 @@
+//! Pictures as a screen shows them, and their PNG files.
+
+use std::io::{Cursor, Write};
+use std::path::Path;
+
+use image::ImageEncoder;
+use image::codecs::png::PngEncoder;
+use probelight_asset::write_atomically;
+
+use crate::ImageError;
+
+/// 8-bit sRGB pixels, rows from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DisplayImage {
+    /// Width, pixels.
+    pub width: u32,
+    /// Height, pixels.
+    pub height: u32,
+    /// `width × height` pixels.
+    pub pixels: Vec<[u8; 3]>,
+}
+
+impl DisplayImage {
+    /// A picture of one colour.
+    pub fn filled(width: u32, height: u32, pixel: [u8; 3]) -> Self {
+        Self { width, height, pixels: vec![pixel; width as usize * height as usize] }
+    }
+
+    /// The pixel in column `x` of row `y`, counted from the top left.
+    #[inline]
+    pub fn pixel(&self, x: u32, y: u32) -> [u8; 3] {
+        self.pixels[y as usize * self.width as usize + x as usize]
+    }
+
+    /// Copies `picture` into this one with its top left corner at column `x` of row `y`; what does not fit
+    /// is cut off.
+    pub fn paste(&mut self, picture: &Self, x: u32, y: u32) {
+        let width = picture.width.min(self.width.saturating_sub(x)) as usize;
+        let height = picture.height.min(self.height.saturating_sub(y));
+        for row in 0..height {
+            let from = row as usize * picture.width as usize;
+            let to = (y + row) as usize * self.width as usize + x as usize;
+            self.pixels[to..to + width].copy_from_slice(&picture.pixels[from..from + width]);
+        }
+    }
+
+    /// Writes an 8-bit RGB PNG file, whole or not at all.
+    ///
+    /// # Errors
+    /// [`ImageError::Io`] or, for a picture without pixels, [`ImageError::Encode`].
+    pub fn write_png(&self, path: &Path) -> Result<(), ImageError> {
+        let mut bytes = Cursor::new(Vec::new());
+        PngEncoder::new(&mut bytes)
+            .write_image(self.pixels.as_flattened(), self.width, self.height, image::ExtendedColorType::Rgb8)
+            .map_err(|error| ImageError::Encode { path: path.into(), reason: error.to_string() })?;
+        write_atomically(path, |file| file.write_all(bytes.get_ref())).map_err(|source| ImageError::Io {
+            action: "write",
+            path: path.into(),
+            source,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn png_round_trip() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let mut picture = DisplayImage::filled(3, 2, [10, 20, 30]);
+        picture.pixels[4] = [255, 0, 128];
+        picture.write_png(&path).unwrap();
+        let back = image::open(&path).unwrap().into_rgb8();
+        assert_eq!(back.dimensions(), (3, 2));
+        assert_eq!(back.into_raw(), picture.pixels.as_flattened());
+    }
+
+    #[test]
+    fn paste_cuts_off_what_does_not_fit() {
+        let mut sheet = DisplayImage::filled(4, 4, [0; 3]);
+        sheet.paste(&DisplayImage::filled(3, 3, [9; 3]), 2, 3);
+        let lit = sheet.pixels.iter().filter(|p| **p == [9; 3]).count();
+        assert_eq!(
+            (lit, sheet.pixel(2, 3), sheet.pixel(3, 3), sheet.pixel(2, 2)),
+            (2, [9; 3], [9; 3], [0; 3])
+        );
+        sheet.paste(&DisplayImage::filled(3, 3, [1; 3]), 10, 10);
+    }
+}

@@ -1,0 +1,196 @@
+//! What a camera sees: one primary ray a sample, direct light by shadow rays, everything else from the
+//! lightmap.
+//!
+//! Radiance of a surface that the ray meets: L = Le + ρ/π · (E_direct + E_lightmap), where E_direct comes from
+//! point, spot and directional lights, and E_lightmap is all that arrives by way of the probes: light that
+//! was reflected at least once, the sky, and emissive surfaces. Normals are geometric, as in the reference.
+
+use std::f32::consts::FRAC_1_PI;
+
+use probelight_asset::{LightmapLayout, NONE};
+use probelight_math::glam::{Vec2, Vec3};
+use probelight_math::sampling::{hash_pair, sobol_owen};
+use probelight_runtime::Runtime;
+use probelight_runtime::cpu::SurfaceColors;
+use probelight_scene::{Camera, Lighting, Scene};
+use probelight_trace::{Cancelled, Hit, Progress, Ray, Tracer, direct_irradiance};
+use rayon::prelude::*;
+
+use crate::{Image, PixelFilter};
+
+/// What surfaces look like at present: their colours, and the light they receive from the lightmap.
+pub trait Surfaces: Sync {
+    /// Irradiance (W/m²) that arrives by way of the probes at a hit, on the side that was hit; black where
+    /// nothing is known.
+    fn irradiance(&self, hit: &Hit) -> Vec3;
+
+    /// Diffuse albedo at a hit, linear.
+    fn albedo(&self, scene: &Scene, hit: &Hit) -> Vec3 {
+        scene.albedo(hit.triangle as usize, hit.barycentric)
+    }
+
+    /// Radiance that the front face emits at a hit, W·m⁻²·sr⁻¹, before [`Lighting::emissive_scale`].
+    fn emission(&self, scene: &Scene, hit: &Hit) -> Vec3 {
+        scene.emission(hit.triangle as usize, hit.barycentric)
+    }
+}
+
+/// The lightmap of the last frame, under the runtime's present colours.
+impl Surfaces for Runtime {
+    fn irradiance(&self, hit: &Hit) -> Vec3 {
+        match lightmap_position(&self.baked().lightmap, hit) {
+            Some(position) => Runtime::irradiance(self).sample(position),
+            None => Vec3::ZERO,
+        }
+    }
+
+    fn albedo(&self, scene: &Scene, hit: &Hit) -> Vec3 {
+        let texel = scene.base_color_texel(hit.triangle as usize, hit.barycentric).truncate();
+        colors(self, scene, hit).map_or(Vec3::ZERO, |colors| colors.base_color * texel)
+    }
+
+    fn emission(&self, scene: &Scene, hit: &Hit) -> Vec3 {
+        match colors(self, scene, hit) {
+            Some(colors) if colors.emission != Vec3::ZERO => {
+                colors.emission * scene.emission_texel(hit.triangle as usize, hit.barycentric)
+            }
+            _ => Vec3::ZERO,
+        }
+    }
+}
+
+fn colors(runtime: &Runtime, scene: &Scene, hit: &Hit) -> Option<SurfaceColors> {
+    runtime.surface_colors(scene.triangle_material[hit.triangle as usize] as usize)
+}
+
+/// Where the light of a hit's side lies in the lightmap, texels; `None` for a back face without light of its
+/// own.
+fn lightmap_position(layout: &LightmapLayout, hit: &Hit) -> Option<Vec2> {
+    let face = if hit.is_back_face { *layout.back_faces.get(hit.triangle as usize)? } else { hit.triangle };
+    (face != NONE).then(|| layout.faces[face as usize].position(hit.barycentric))
+}
+
+/// A scene under light, ready to be looked at.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    /// Geometry and materials.
+    pub tracer: &'a Tracer,
+    /// Lights, sky and the strength of emissive surfaces.
+    pub lighting: &'a Lighting,
+    /// Colours and what else surfaces receive.
+    pub surfaces: &'a dyn Surfaces,
+}
+
+impl<'a> View<'a> {
+    /// What the runtime's last frame looks like.
+    pub fn of(runtime: &'a Runtime) -> Self {
+        Self { tracer: runtime.tracer(), lighting: runtime.lighting(), surfaces: runtime }
+    }
+}
+
+/// Which light a picture shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RenderOutput {
+    /// All of it: radiance, W·m⁻²·sr⁻¹.
+    #[default]
+    Full,
+    /// Emission, sky behind the scene, and the direct light of point, spot and directional lights.
+    Direct,
+    /// Reflected light of the lightmap only, without what surfaces emit; the sky is black.
+    Indirect,
+    /// For debugging: raw irradiance of the lightmap, W/m², without albedo.
+    Irradiance,
+}
+
+/// How a picture is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderOptions {
+    /// Which light is shown.
+    pub output: RenderOutput,
+    /// Primary rays per pixel.
+    pub samples: u32,
+    /// How samples are placed and weighed.
+    pub filter: PixelFilter,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self { output: RenderOutput::default(), samples: 16, filter: PixelFilter::default() }
+    }
+}
+
+/// Makes the picture that `camera` sees. The same arguments give the same picture whatever the number of
+/// threads. Progress counts rows.
+///
+/// # Errors
+/// [`Cancelled`] if `progress` asked to stop.
+pub fn render(
+    view: View,
+    camera: &Camera,
+    options: &RenderOptions,
+    progress: &dyn Progress,
+) -> Result<Image, Cancelled> {
+    let mut image = Image::filled(camera.width, camera.height, Vec3::ZERO);
+    progress.begin("render", u64::from(camera.height));
+    image.pixels.par_chunks_mut(camera.width.max(1) as usize).enumerate().try_for_each(|(y, row)| {
+        if progress.is_cancelled() {
+            return Err(Cancelled);
+        }
+        for (x, pixel) in row.iter_mut().enumerate() {
+            *pixel = view.pixel(camera, x as u32, y as u32, options);
+        }
+        progress.advance(1);
+        Ok(())
+    })?;
+    Ok(image)
+}
+
+impl View<'_> {
+    /// Mean over one pixel's samples, stratified by an Owen-scrambled Sobol sequence of its own.
+    fn pixel(&self, camera: &Camera, x: u32, y: u32, options: &RenderOptions) -> Vec3 {
+        let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+        let samples = options.samples.max(1);
+        let sum: Vec3 = (0..samples)
+            .map(|sample| {
+                let offset = options.filter.offset_from_square(sobol_owen(sample, hash_pair(x, y)));
+                let direction = camera.ray_direction(center + offset);
+                self.arriving(&Ray::new(camera.position, direction), options.output)
+            })
+            .sum();
+        sum / samples as f32
+    }
+
+    /// What arrives at the start of one primary ray.
+    fn arriving(&self, ray: &Ray, output: RenderOutput) -> Vec3 {
+        let Some(hit) = self.tracer.closest_hit(ray) else {
+            return match output {
+                RenderOutput::Full | RenderOutput::Direct => self.lighting.sky.radiance(ray.direction),
+                RenderOutput::Indirect | RenderOutput::Irradiance => Vec3::ZERO,
+            };
+        };
+        let direct = || {
+            direct_irradiance(
+                self.tracer,
+                &self.lighting.lights,
+                ray.origin + ray.direction * hit.distance,
+                hit.normal,
+            )
+        };
+        let indirect = || self.surfaces.irradiance(&hit);
+        let reflectance = || self.surfaces.albedo(self.tracer.scene(), &hit) * FRAC_1_PI;
+        match output {
+            RenderOutput::Full => self.emitted(&hit) + reflectance() * (direct() + indirect()),
+            RenderOutput::Direct => self.emitted(&hit) + reflectance() * direct(),
+            RenderOutput::Indirect => reflectance() * indirect(),
+            RenderOutput::Irradiance => indirect(),
+        }
+    }
+
+    /// Radiance that the surface itself emits: front faces only.
+    fn emitted(&self, hit: &Hit) -> Vec3 {
+        if hit.is_back_face {
+            return Vec3::ZERO;
+        }
+        self.surfaces.emission(self.tracer.scene(), hit) * self.lighting.emissive_scale
+    }
+}
