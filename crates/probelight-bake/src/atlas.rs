@@ -10,6 +10,7 @@ use probelight_trace::Progress;
 use uvunwrap::{Density, MeshInput, Options, Packing};
 
 use crate::BakeError;
+use crate::sides::LitSides;
 
 /// Largest angle between a face and its chart's mean normal, degrees. Receivers take the face's own normal,
 /// so this only bounds how far a texel's neighbours may turn away.
@@ -37,10 +38,11 @@ pub(crate) struct Atlas {
     pub(crate) back_faces: Vec<u32>,
 }
 
-/// Lays out all front faces and the lit back faces at `texels_per_meter`.
+/// Lays out the lit faces at `texels_per_meter`. Front faces without light keep their place in the list, but
+/// have no chart.
 pub(crate) fn unwrap_faces(
     scene: &Scene,
-    lit_back_faces: &[bool],
+    lit_sides: &LitSides,
     use_uv1: bool,
     texels_per_meter: f32,
     progress: &dyn Progress,
@@ -52,13 +54,14 @@ pub(crate) fn unwrap_faces(
     let mut face_triangles: Vec<u32> = (0..scene.triangles.len() as u32).collect();
     let mut back = Vec::new();
     for (t, &[a, b, c]) in scene.triangles.iter().enumerate() {
-        if lit_back_faces[t] {
+        if lit_sides.back(t) {
             back_faces[t] = face_triangles.len() as u32;
             face_triangles.push(t as u32);
             back.extend([a, c, b]);
         }
     }
-    let mut meshes = vec![MeshInput::new(&positions, &front)];
+    let hidden: Vec<bool> = (0..scene.triangles.len()).map(|t| !lit_sides.front(t)).collect();
+    let mut meshes = vec![MeshInput { ignored_faces: Some(&hidden), ..MeshInput::new(&positions, &front) }];
     if !back.is_empty() {
         meshes.push(MeshInput::new(&positions, &back));
     }
@@ -83,8 +86,10 @@ pub(crate) fn unwrap_faces(
                 // Back faces were handed over with their second and third corner swapped.
                 texels.swap(1, 2);
             }
-            faces.push(LightmapFace { corners: texels });
-            face_charts.push(vertices[0].chart.unwrap_or(NONE));
+            let is_hidden = m == 0 && hidden[faces.len()];
+            let chart = vertices[0].chart.filter(|_| !is_hidden);
+            faces.push(LightmapFace { corners: if chart.is_some() { texels } else { [Vec2::ZERO; 3] } });
+            face_charts.push(chart.unwrap_or(NONE));
         }
     }
     Ok(Atlas {

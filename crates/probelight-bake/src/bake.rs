@@ -24,7 +24,7 @@ use crate::probe_choice::choose_probes;
 use crate::probes::{ProbeSet, place_probes};
 use crate::receivers::{Receiver, place_receivers};
 use crate::relight::trace_relight_rays;
-use crate::sides::find_lit_back_faces;
+use crate::sides::LitSides;
 use crate::transport::{Transport, TransportBuilder};
 use crate::{BakeError, BakeOptions};
 
@@ -46,17 +46,10 @@ pub fn bake(
     let scene_hash = scene.content_hash();
     let tracer = Tracer::new(scene);
     let mut resolved = options.resolve(&tracer)?;
-    let lit_back_faces = find_lit_back_faces(&tracer, resolved.settings.seed);
-    let atlas = fit_layout(&tracer, &lit_back_faces, options.use_uv1, &mut resolved, progress)?;
-    let receivers = place_receivers(&tracer, &atlas, &lit_back_faces);
-    let probes = place_probes(
-        &tracer,
-        &resolved.settings,
-        resolved.uniform_spacing,
-        &lit_back_faces,
-        &receivers.receivers,
-        progress,
-    )?;
+    let lit_sides = LitSides::find(&tracer, resolved.smallest_spacing() * 0.5, resolved.settings.seed);
+    let atlas = fit_layout(&tracer, &lit_sides, options.use_uv1, &mut resolved, progress)?;
+    let receivers = place_receivers(&tracer, &atlas, &lit_sides);
+    let probes = place_probes(&tracer, &resolved, &lit_sides, &receivers.receivers, progress)?;
     let directions = progressive_sphere(resolved.settings.relight_rays as usize);
     let relight_points = trace_relight_rays(&tracer, &atlas, &probes, &directions, progress)?;
     let probe_set = ProbeSet::of(&probes, resolved.settings.probe_spacing * 0.5);

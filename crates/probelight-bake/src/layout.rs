@@ -6,6 +6,7 @@ use crate::BakeError;
 use crate::atlas::{Atlas, unwrap_faces};
 use crate::options::Resolved;
 use crate::receivers::count_chart_texels;
+use crate::sides::LitSides;
 
 /// Layouts tried; texel counts follow the density closely enough that more are not needed.
 const TRIES: usize = 5;
@@ -17,7 +18,7 @@ const TOLERANCE: f64 = 0.02;
 /// used.
 pub(crate) fn fit_layout(
     tracer: &Tracer,
-    lit_back_faces: &[bool],
+    lit_sides: &LitSides,
     use_uv1: bool,
     resolved: &mut Resolved,
     progress: &dyn Progress,
@@ -25,9 +26,10 @@ pub(crate) fn fit_layout(
     progress.begin("laying out the lightmap", TRIES as u64);
     let mut density = resolved.settings.texels_per_meter;
     if resolved.receiver_target.is_some() {
-        density = density.min(density_without_borders(tracer, lit_back_faces, resolved));
+        let fitting = density_without_borders(tracer, lit_sides, resolved);
+        density = if resolved.target_is_limit { density.min(fitting) } else { fitting };
     }
-    let mut atlas = unwrap_faces(tracer.scene(), lit_back_faces, use_uv1, density, progress)?;
+    let mut atlas = unwrap_faces(tracer.scene(), lit_sides, use_uv1, density, progress)?;
     for _ in 1..TRIES {
         progress.advance(1);
         let Some(target) = resolved.receiver_target else { break };
@@ -41,19 +43,20 @@ pub(crate) fn fit_layout(
         if resolved.target_is_limit {
             density = density.min(resolved.settings.texels_per_meter);
         }
-        atlas = unwrap_faces(tracer.scene(), lit_back_faces, use_uv1, density, progress)?;
+        atlas = unwrap_faces(tracer.scene(), lit_sides, use_uv1, density, progress)?;
     }
     resolved.settings.texels_per_meter = density;
     Ok(atlas)
 }
 
 /// The density at which the lit area alone, without the charts' borders, fills the target.
-fn density_without_borders(tracer: &Tracer, lit_back_faces: &[bool], resolved: &Resolved) -> f32 {
+fn density_without_borders(tracer: &Tracer, lit_sides: &LitSides, resolved: &Resolved) -> f32 {
     let scene = tracer.scene();
     let area: f64 = (0..scene.triangles.len())
-        .map(|t| f64::from(scene.area(t)) * if lit_back_faces[t] { 2.0 } else { 1.0 })
+        .map(|t| {
+            f64::from(scene.area(t)) * f64::from(u8::from(lit_sides.front(t)) + u8::from(lit_sides.back(t)))
+        })
         .sum();
     let target = f64::from(resolved.receiver_target.unwrap_or(u32::MAX));
-    let fitting = (target / area).sqrt() as f32;
-    if resolved.target_is_limit { fitting } else { fitting.max(f32::MIN_POSITIVE) }
+    (target / area.max(f64::MIN_POSITIVE)).sqrt() as f32
 }

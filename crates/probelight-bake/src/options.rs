@@ -34,7 +34,8 @@ pub struct BakeOptions {
     pub max_cluster_error: Option<f32>,
     /// Most probes a cluster draws on. Default 10.
     pub probes_per_cluster: Option<u32>,
-    /// Most receivers in a cluster. Default 1024.
+    /// Most receivers in a cluster. Default 256: probes serve a cluster well only if it is small against the
+    /// distance between them.
     pub receivers_per_cluster: Option<u32>,
     /// Use the scene's second texture coordinates for the lightmap where they are valid.
     pub use_uv1: bool,
@@ -51,6 +52,9 @@ const TEXEL_PER_FREE_DISTANCE: f32 = 1.0 / 32.0;
 /// Lowest probe density unless asked otherwise, per m³ ([SED] §3).
 const SPARSEST_PROBE_DENSITY: f32 = 0.02;
 
+/// Smallest probe spacing as a share of the largest, where it follows the local free distance.
+const SMALLEST_SPACING: f32 = 0.25;
+
 /// What the options come to for one scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Resolved {
@@ -62,6 +66,13 @@ pub(crate) struct Resolved {
     pub(crate) target_is_limit: bool,
     /// Probe spacing everywhere, if the user fixed the density.
     pub(crate) uniform_spacing: bool,
+}
+
+impl Resolved {
+    /// Smallest distance between neighbouring probes, metres.
+    pub(crate) fn smallest_spacing(&self) -> f32 {
+        self.settings.probe_spacing * if self.uniform_spacing { 1.0 } else { SMALLEST_SPACING }
+    }
 }
 
 impl BakeOptions {
@@ -104,7 +115,7 @@ impl BakeOptions {
             receivers_per_cluster: within(
                 "the receivers per cluster",
                 self.receivers_per_cluster,
-                1024,
+                256,
                 16..=4096,
                 "16 to 4096",
             )?,

@@ -1,5 +1,7 @@
 //! Which probes a cluster draws on: those that together see best what its receivers see.
 
+use std::collections::BTreeSet;
+
 use probelight_math::glam::Vec3;
 use probelight_trace::{Ray, Tracer};
 
@@ -8,8 +10,16 @@ use crate::partition::centroid;
 use crate::probes::ProbeSet;
 use crate::receivers::Receiver;
 
-/// Nearest probes considered.
-const CANDIDATES: usize = 48;
+/// Receivers of a group from which candidates are looked for, probes tried from each, nearest first, and
+/// how many that it sees become candidates.
+const SCOUTS: usize = 32;
+const PROBES_TRIED_PER_SCOUT: usize = 48;
+const CANDIDATES_PER_SCOUT: usize = 10;
+
+/// Probes beyond the wanted number that a group may draw on while rays remain that no probe serves, as a
+/// multiple of that number, and the share of such rays that is accepted.
+const MOST_EXTRA: usize = 2;
+const ACCEPTED_UNSERVED: f32 = 0.005;
 
 /// A further probe must serve at least this much better, summed over all rays (1 = every ray served ideally).
 const SMALLEST_GAIN: f32 = 0.003;
@@ -27,7 +37,7 @@ pub(crate) fn choose_probes(
     hits: &[GatherHit],
     most: usize,
 ) -> Vec<u32> {
-    let candidates = probes.nearest(centroid(receivers, group), CANDIDATES);
+    let candidates = find_candidates(tracer, probes, receivers, group);
     let scale = typical_distance(receivers, group, hits);
     let mut services: Vec<(u32, Vec<f32>)> = candidates
         .into_iter()
@@ -38,7 +48,12 @@ pub(crate) fn choose_probes(
         .collect();
     let mut served = vec![0f32; hits.len()];
     let mut chosen = Vec::new();
-    while chosen.len() < most && !services.is_empty() {
+    while !services.is_empty() {
+        let unserved = served.iter().filter(|s| **s == 0.0).count() as f32;
+        let is_well_served = unserved <= ACCEPTED_UNSERVED * hits.len() as f32;
+        if chosen.len() >= if is_well_served { most } else { MOST_EXTRA * most } {
+            break;
+        }
         let gain = |service: &[f32]| -> f32 {
             service.iter().zip(&served).map(|(s, served)| (s - served).max(0.0)).sum()
         };
@@ -55,6 +70,22 @@ pub(crate) fn choose_probes(
         chosen.push(probe);
     }
     chosen
+}
+
+/// The probes nearest to the group's receivers among those that these see, in order of their numbers.
+fn find_candidates(tracer: &Tracer, probes: &ProbeSet, receivers: &[Receiver], group: &[u32]) -> Vec<u32> {
+    let mut candidates = BTreeSet::new();
+    for receiver in group.iter().step_by(group.len().div_ceil(SCOUTS)) {
+        let receiver = &receivers[*receiver as usize];
+        let origin = receiver.position + receiver.normal * tracer.offset();
+        let seen = probes
+            .nearest(origin, PROBES_TRIED_PER_SCOUT)
+            .into_iter()
+            .filter(|p| tracer.is_visible(origin, probes.positions[*p as usize]))
+            .take(CANDIDATES_PER_SCOUT);
+        candidates.extend(seen);
+    }
+    candidates.into_iter().collect()
 }
 
 /// How well a probe serves a ray, from 0 (does not see its end) to 1 (sees it from near, face on).

@@ -5,7 +5,6 @@
 //! already sees it. A wall between the two keeps both, so every room gets probes. The spacing follows the
 //! local free distance, because radiance changes faster in tight places.
 
-use probelight_asset::BakeSettings;
 use probelight_math::directions::spherical_fibonacci;
 use probelight_math::glam::{IVec3, Vec3};
 use probelight_trace::{Progress, Ray, Tracer};
@@ -13,20 +12,19 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 
 use crate::BakeError;
+use crate::options::Resolved;
 use crate::receivers::Receiver;
+use crate::sides::LitSides;
 use crate::voxels::VoxelGrid;
 
 /// Rays that look around a candidate.
 const LOOK_RAYS: usize = 128;
 
-/// Spacing as a share of the local free distance, and its smallest share of the sparsest spacing.
+/// Spacing as a share of the local free distance.
 const SPACING_PER_FREE_DISTANCE: f32 = 0.6;
-const SMALLEST_SPACING: f32 = 0.25;
 
-/// Candidates seeing more unlit back faces than this are inside solids; places connected to the outside
-/// may see many, past the edges of single-sheet walls.
-const MAX_BACK_SHARE_ENCLOSED: f32 = 0.2;
-const MAX_BACK_SHARE_OUTSIDE: f32 = 0.6;
+/// Candidates seeing more unlit sides than this are inside solids.
+const MAX_UNLIT_SHARE: f32 = 0.2;
 
 /// Nearest probes among which a receiver must see one.
 const PROBES_TRIED_PER_RECEIVER: usize = 12;
@@ -42,23 +40,21 @@ struct Candidate {
 /// Places probes for the scene and its receivers.
 pub(crate) fn place_probes(
     tracer: &Tracer,
-    settings: &BakeSettings,
-    uniform_spacing: bool,
-    lit_back_faces: &[bool],
+    resolved: &Resolved,
+    lit_sides: &LitSides,
     receivers: &[Receiver],
     progress: &dyn Progress,
 ) -> Result<Vec<Vec3>, BakeError> {
-    let widest = settings.probe_spacing;
-    let smallest = if uniform_spacing { widest } else { widest * SMALLEST_SPACING };
+    let (widest, uniform_spacing) = (resolved.settings.probe_spacing, resolved.uniform_spacing);
+    let smallest = resolved.smallest_spacing();
     let grid = VoxelGrid::new(tracer.scene(), smallest * 0.5);
     let places = grid.empty_near_surfaces(if uniform_spacing { 2 } else { 4 });
     progress.begin("placing probes", places.len() as u64);
     let mut candidates: Vec<Candidate> = places
         .par_iter()
-        .filter_map(|(position, outside)| {
+        .filter_map(|(position, _)| {
             progress.advance(1);
-            let max_back_share = if *outside { MAX_BACK_SHARE_OUTSIDE } else { MAX_BACK_SHARE_ENCLOSED };
-            look_around(tracer, lit_back_faces, *position, max_back_share)
+            look_around(tracer, lit_sides, *position)
         })
         .collect();
     if progress.is_cancelled() {
@@ -81,26 +77,21 @@ pub(crate) fn place_probes(
 }
 
 /// Judges a place by what it sees; `None` if it lies inside a solid or sees nothing at all.
-fn look_around(
-    tracer: &Tracer,
-    lit_back_faces: &[bool],
-    position: Vec3,
-    max_back_share: f32,
-) -> Option<Candidate> {
+fn look_around(tracer: &Tracer, lit_sides: &LitSides, position: Vec3) -> Option<Candidate> {
     let mut distances = Vec::with_capacity(LOOK_RAYS);
-    let mut back_faces = 0;
+    let mut unlit = 0;
     for ray in 0..LOOK_RAYS {
         let direction = spherical_fibonacci(ray, LOOK_RAYS);
         if let Some(hit) = tracer.closest_hit(&Ray::new(position, direction)) {
             distances.push(hit.distance);
-            back_faces += usize::from(hit.is_back_face && !lit_back_faces[hit.triangle as usize]);
+            unlit += usize::from(!lit_sides.is_lit(&hit));
         } else {
             distances.push(f32::INFINITY);
         }
     }
     distances.sort_by(f32::total_cmp);
     let sees_surface = distances[0].is_finite();
-    let in_air = back_faces as f32 <= max_back_share * LOOK_RAYS as f32;
+    let in_air = unlit as f32 <= MAX_UNLIT_SHARE * LOOK_RAYS as f32;
     (sees_surface && in_air).then(|| Candidate { position, free_distance: distances[LOOK_RAYS / 2] })
 }
 

@@ -5,7 +5,7 @@
 //! lies inside other geometry try other points of their square; those that find none are invalid and are
 //! filled from valid neighbours of the same chart.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
 use probelight_asset::NONE;
 use probelight_math::glam::{Vec2, Vec3};
@@ -14,6 +14,7 @@ use probelight_trace::{Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::atlas::Atlas;
+use crate::sides::LitSides;
 
 /// A place that gathers light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,49 +39,62 @@ pub(crate) struct Receivers {
     pub(crate) invalid_texels: u64,
 }
 
-/// A texel covered by a chart.
+/// A texel that a chart needs.
 #[derive(Clone, Copy, Debug)]
 struct Coverage {
     face: u32,
     chart: u32,
+    /// Whether the chart reaches into the texel's square; otherwise only bilinear lookups do.
+    is_covered: bool,
     /// Squared distance from the texel's centre to the face, texels².
     squared_distance: f32,
     /// Covered point nearest to the centre, texels.
     nearest: Vec2,
 }
 
+impl Coverage {
+    /// Covering a texel counts more than touching it; otherwise the nearer face counts.
+    fn is_preferred_to(&self, other: &Self) -> bool {
+        (!self.is_covered, self.squared_distance) < (!other.is_covered, other.squared_distance)
+    }
+}
+
 /// Sample points are pulled this far towards the middle of their face, so that rays never start exactly on
 /// an edge shared with another wall.
 const INSET: f32 = 2e-3;
 
-/// Rays that decide whether a sample point lies inside a solid, and the share of unlit back faces above
-/// which it does.
+/// Rays that decide whether a sample point lies inside a solid, and the share of unlit sides above which it
+/// does.
 const VALIDITY_RAYS: u32 = 48;
-const MAX_BACK_SHARE: f32 = 0.3;
+const MAX_UNLIT_SHARE: f32 = 0.3;
 
 /// Finds the receivers of an atlas.
-pub(crate) fn place_receivers(tracer: &Tracer, atlas: &Atlas, lit_back_faces: &[bool]) -> Receivers {
-    let coverage = rasterize_conservatively(atlas);
-    let placed: Vec<Option<Receiver>> = coverage
+pub(crate) fn place_receivers(tracer: &Tracer, atlas: &Atlas, lit_sides: &LitSides) -> Receivers {
+    let needed = rasterize_conservatively(atlas);
+    let covered: Vec<&(u32, Coverage)> = needed.iter().filter(|(_, c)| c.is_covered).collect();
+    let placed: Vec<Option<Receiver>> = covered
         .par_iter()
-        .map(|(texel, covered)| find_valid_sample(tracer, atlas, lit_back_faces, *texel, covered))
+        .map(|(texel, coverage)| find_valid_sample(tracer, atlas, lit_sides, *texel, coverage))
         .collect();
-    let charts: BTreeMap<u32, u32> = coverage.iter().map(|(texel, c)| (*texel, c.chart)).collect();
     let receivers: Vec<Receiver> = placed.iter().flatten().copied().collect();
     Receivers {
-        dilation: dilate_charts(atlas, &charts, &receivers),
-        chart_texels: coverage.len() as u64,
-        invalid_texels: (coverage.len() - receivers.len()) as u64,
+        dilation: dilate_charts(atlas, &needed, &receivers),
+        chart_texels: covered.len() as u64,
+        invalid_texels: (covered.len() - receivers.len()) as u64,
         receivers,
     }
 }
 
 /// Number of chart texels at this layout: what the receiver count follows.
 pub(crate) fn count_chart_texels(atlas: &Atlas) -> usize {
-    rasterize_conservatively(atlas).len()
+    rasterize_conservatively(atlas).iter().filter(|(_, c)| c.is_covered).count()
 }
 
-/// Texels whose square overlaps a face, in texel order, each with the face nearest to its centre.
+/// Texels that a chart covers or that bilinear lookups in it touch, in texel order, each with the face
+/// nearest to its centre.
+///
+/// A lookup touches the texels whose centre is less than one texel away along both axes: those whose
+/// square, grown to twice its size, overlaps the chart.
 fn rasterize_conservatively(atlas: &Atlas) -> Vec<(u32, Coverage)> {
     let mut nearest: Vec<Option<Coverage>> = vec![None; atlas.width as usize * atlas.height as usize];
     for (face, layout) in atlas.faces.iter().enumerate() {
@@ -89,25 +103,26 @@ fn rasterize_conservatively(atlas: &Atlas) -> Vec<(u32, Coverage)> {
             continue;
         }
         let corners = layout.corners;
-        let low = corners.into_iter().reduce(Vec2::min).unwrap_or_default().floor().max(Vec2::ZERO);
-        let high = corners.into_iter().reduce(Vec2::max).unwrap_or_default();
+        let low = (corners.into_iter().reduce(Vec2::min).unwrap_or_default() - 1.0).floor().max(Vec2::ZERO);
+        let high = corners.into_iter().reduce(Vec2::max).unwrap_or_default() + 1.0;
         let (x0, y0) = (low.x as u32, low.y as u32);
         let (x1, y1) = ((high.x as u32).min(atlas.width - 1), (high.y as u32).min(atlas.height - 1));
         for y in y0..=y1 {
             for x in x0..=x1 {
                 let centre = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-                if !square_overlaps_triangle(centre, corners) {
+                if !square_overlaps_triangle(centre, 1.0, corners) {
                     continue;
                 }
                 let point = nearest_in_triangle(centre, corners);
                 let candidate = Coverage {
                     face: face as u32,
                     chart,
+                    is_covered: square_overlaps_triangle(centre, 0.5, corners),
                     squared_distance: point.distance_squared(centre),
                     nearest: point,
                 };
                 let slot = &mut nearest[(y * atlas.width + x) as usize];
-                if slot.is_none_or(|best| candidate.squared_distance < best.squared_distance) {
+                if slot.is_none_or(|best| candidate.is_preferred_to(&best)) {
                     *slot = Some(candidate);
                 }
             }
@@ -116,12 +131,13 @@ fn rasterize_conservatively(atlas: &Atlas) -> Vec<(u32, Coverage)> {
     nearest.into_iter().enumerate().filter_map(|(texel, c)| Some((texel as u32, c?))).collect()
 }
 
-/// Separating-axis test of a unit square around `centre` against a triangle (Akenine-Möller 2001).
-fn square_overlaps_triangle(centre: Vec2, corners: [Vec2; 3]) -> bool {
+/// Separating-axis test of a square with edges `2 · half` around `centre` against a triangle
+/// (Akenine-Möller 2001).
+fn square_overlaps_triangle(centre: Vec2, half: f32, corners: [Vec2; 3]) -> bool {
     let [a, b, c] = corners.map(|p| p - centre);
     let separates = |axis: Vec2| {
         let (pa, pb, pc) = (axis.dot(a), axis.dot(b), axis.dot(c));
-        let radius = 0.5 * (axis.x.abs() + axis.y.abs());
+        let radius = half * (axis.x.abs() + axis.y.abs());
         pa.min(pb).min(pc) > radius || pa.max(pb).max(pc) < -radius
     };
     let axes = [Vec2::X, Vec2::Y, (b - a).perp(), (c - b).perp(), (a - c).perp()];
@@ -160,7 +176,7 @@ fn barycentric_of(point: Vec2, [a, b, c]: [Vec2; 3]) -> Vec2 {
 fn find_valid_sample(
     tracer: &Tracer,
     atlas: &Atlas,
-    lit_back_faces: &[bool],
+    lit_sides: &LitSides,
     texel: u32,
     covered: &Coverage,
 ) -> Option<Receiver> {
@@ -171,7 +187,7 @@ fn find_valid_sample(
     std::iter::once(covered.nearest)
         .chain(others)
         .map(|point| receiver_at(tracer, atlas, texel, covered.face, point))
-        .find(|receiver| !is_inside_solid(tracer, lit_back_faces, receiver))
+        .find(|receiver| !is_inside_solid(tracer, lit_sides, receiver))
 }
 
 /// The receiver of a texel whose sample point is at lightmap position `point` of a face.
@@ -190,47 +206,40 @@ fn receiver_at(tracer: &Tracer, atlas: &Atlas, texel: u32, face: u32, point: Vec
     }
 }
 
-/// Whether a place sees so many back faces that it must lie inside a solid.
-fn is_inside_solid(tracer: &Tracer, lit_back_faces: &[bool], receiver: &Receiver) -> bool {
+/// Whether a place sees so many unlit sides that it must lie inside a solid.
+fn is_inside_solid(tracer: &Tracer, lit_sides: &LitSides, receiver: &Receiver) -> bool {
     let world_from_local = world_from_tangent(receiver.normal);
     let origin = receiver.position + receiver.normal * tracer.offset();
-    let back_faces = (0..VALIDITY_RAYS)
+    let unlit = (0..VALIDITY_RAYS)
         .filter(|ray| {
             let u = sobol_owen(*ray, hash_pair(receiver.texel, 5));
             let direction = world_from_local * cosine_hemisphere_from_square(u);
-            tracer
-                .closest_hit(&Ray::new(origin, direction))
-                .is_some_and(|hit| hit.is_back_face && !lit_back_faces[hit.triangle as usize])
+            tracer.closest_hit(&Ray::new(origin, direction)).is_some_and(|hit| !lit_sides.is_lit(&hit))
         })
         .count();
-    back_faces as f32 > MAX_BACK_SHARE * VALIDITY_RAYS as f32
+    unlit as f32 > MAX_UNLIT_SHARE * VALIDITY_RAYS as f32
 }
 
-/// Sources for chart texels without a receiver and for the ring of texels around each chart that bilinear
-/// lookups touch: the nearest receiver of the same chart, found by growing outwards from the receivers.
-fn dilate_charts(atlas: &Atlas, charts: &BTreeMap<u32, u32>, receivers: &[Receiver]) -> Vec<[u32; 2]> {
+/// Sources for the needed texels without a receiver: the nearest receiver of the same chart, found by
+/// growing outwards from the receivers through the chart's texels.
+fn dilate_charts(atlas: &Atlas, needed: &[(u32, Coverage)], receivers: &[Receiver]) -> Vec<[u32; 2]> {
     let texel_count = atlas.width as usize * atlas.height as usize;
     let mut source = vec![NONE; texel_count];
     let mut chart_of = vec![NONE; texel_count];
-    for (texel, chart) in charts {
-        chart_of[*texel as usize] = *chart;
+    for (texel, coverage) in needed {
+        chart_of[*texel as usize] = coverage.chart;
     }
     let mut front: VecDeque<u32> = receivers.iter().map(|r| r.texel).collect();
-    for receiver in receivers {
-        source[receiver.texel as usize] = receiver.texel;
+    for texel in &front {
+        source[*texel as usize] = *texel;
     }
     let mut dilation = Vec::new();
     while let Some(texel) = front.pop_front() {
-        let chart = chart_of[texel as usize];
         for neighbour in neighbours(texel, atlas.width, atlas.height) {
-            let free = chart_of[neighbour as usize] == NONE;
-            let same_chart = chart_of[neighbour as usize] == chart;
-            if source[neighbour as usize] != NONE || !(free || same_chart) {
-                continue;
-            }
-            source[neighbour as usize] = source[texel as usize];
-            dilation.push([neighbour, source[texel as usize]]);
-            if same_chart {
+            let same_chart = chart_of[neighbour as usize] == chart_of[texel as usize];
+            if same_chart && source[neighbour as usize] == NONE {
+                source[neighbour as usize] = source[texel as usize];
+                dilation.push([neighbour, source[texel as usize]]);
                 front.push_back(neighbour);
             }
         }
