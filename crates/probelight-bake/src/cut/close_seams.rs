@@ -193,14 +193,13 @@ pub(super) fn pairs_across_seams(cut: &CutScene) -> Vec<(u32, u32)> {
     seams.filter_map(|(face, k)| Some((face as u32, neighbours[face][k]?))).collect()
 }
 
-/// How many of those pairs are connected across edges that are no seam.
+/// Per face the group of faces that it is connected with across edges that are no seam.
 #[cfg(test)]
-pub(super) fn faces_joined_without_seams(cut: &CutScene) -> usize {
+pub(super) fn groups_without_seams(cut: &CutScene) -> Vec<u32> {
     let neighbours = find_neighbours(&cut.scene);
     let mut groups = Groups::new(cut.scene.triangles.len());
     for (face, _, other) in edges_longest_first(&cut.scene, &neighbours, &cut.seams) {
         groups.join(face, other);
     }
-    let pairs = pairs_across_seams(cut);
-    pairs.into_iter().filter(|(a, b)| groups.of(*a) == groups.of(*b)).count()
+    (0..cut.scene.triangles.len() as u32).map(|face| groups.of(face)).collect()
 }

@@ -1,10 +1,11 @@
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use probelight_math::glam::{Vec2, Vec3, Vec4};
 use probelight_scene::{Material, Scene, load_gltf};
 use proptest::prelude::*;
 
-use super::close_seams::{faces_joined_without_seams, pairs_across_seams};
+use super::close_seams::{groups_without_seams, pairs_across_seams};
 use super::{CutScene, cut_along_walls};
 
 const TEXEL: f32 = 0.1;
@@ -56,6 +57,12 @@ fn seam_edges_of(cut: &CutScene, triangle: usize) -> impl Iterator<Item = [Vec3;
 
 fn has_seams(cut: &CutScene) -> bool {
     cut.seams.iter().flatten().any(|is_seam| *is_seam)
+}
+
+/// How many faces are connected, across edges that are no seam, with the face beyond a seam.
+fn faces_joined_without_seams(cut: &CutScene) -> usize {
+    let groups = groups_without_seams(cut);
+    pairs_across_seams(cut).iter().filter(|(a, b)| groups[*a as usize] == groups[*b as usize]).count()
 }
 
 /// A wall across the whole floor at x = 4.03.
@@ -113,7 +120,8 @@ fn edges_of_a_cut_floor_stay_matched() {
 /// Walls at each x of `at` from the floor's border to z = `end`.
 fn check_free_end(at: &[f32], end: f32) {
     let walls = at.iter().map(|x| wall(Vec2::new(*x, 0.0), Vec2::new(*x, end), 0.0, 3.0));
-    let mut cut = cut_along_walls(&scene_of(&std::iter::once(floor()).chain(walls).collect::<Vec<_>>()), TEXEL);
+    let mut cut =
+        cut_along_walls(&scene_of(&std::iter::once(floor()).chain(walls).collect::<Vec<_>>()), TEXEL);
     assert!(has_seams(&cut));
     assert_eq!(faces_joined_without_seams(&cut), 0);
     for t in 0..cut.seams.len() {
@@ -129,6 +137,25 @@ fn no_chart_reaches_around_the_end_of_a_wall() {
     check_free_end(&[4.0, 4.06], 6.0);
     // Within one triangle, so that the cut floor has the wall's own edge.
     check_free_end(&[6.0], 3.0);
+}
+
+#[test]
+fn rooms_on_both_sides_of_a_thick_wall_are_apart() {
+    let sides = [4.0, 4.06].map(|x| wall(Vec2::new(x, 0.0), Vec2::new(x, 6.0), 0.0, 3.0));
+    let cut = cut_along_walls(&scene_of(&[floor(), sides[0], sides[1]]), TEXEL);
+    let groups = groups_without_seams(&cut);
+    let groups_at = |x: f32, is_here: fn(f32, f32) -> bool| -> BTreeSet<u32> {
+        let touches = |t: &usize| {
+            let corners = cut.scene.corners(*t);
+            let on_wall = corners.iter().filter(|p| (p.x - x).abs() < 1e-3 && p.z < 6.001).count();
+            on_wall == 2 && corners.iter().all(|p| is_here(p.x, x + 1e-3) || (p.x - x).abs() < 1e-3)
+        };
+        floor_triangles(&cut.scene).filter(touches).map(|t| groups[t]).collect()
+    };
+    let left = groups_at(4.0, |p, x| p < x);
+    let right = groups_at(4.06, |p, x| p > x);
+    assert!(!left.is_empty() && !right.is_empty());
+    assert!(left.is_disjoint(&right), "{left:?} {right:?}");
 }
 
 #[test]
