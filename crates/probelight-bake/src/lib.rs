@@ -21,6 +21,8 @@ mod atlas;
 mod bake;
 mod checkpoint;
 mod compress;
+#[cfg_attr(not(test), expect(dead_code, reason = "the bake does not call it yet"))]
+mod cut;
 mod error;
 mod gather;
 mod layout;
