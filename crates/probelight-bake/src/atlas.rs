@@ -16,8 +16,9 @@ use crate::sides::LitSides;
 /// so this only bounds how far a texel's neighbours may turn away.
 const MAX_CHART_ANGLE: f32 = 30.0;
 
-/// Texels kept free around each chart; charts are twice as far apart.
-const PADDING: u32 = 1;
+/// Texels kept free around each chart; charts are twice as far apart, so that the texels that bilinear
+/// lookups in two charts touch are never the same.
+const PADDING: u32 = 2;
 
 /// Largest page edge, texels.
 const MAX_PAGE_SIZE: u32 = 2048;
@@ -38,11 +39,12 @@ pub(crate) struct Atlas {
     pub(crate) back_faces: Vec<u32>,
 }
 
-/// Lays out the lit faces at `texels_per_meter`. Front faces without light keep their place in the list, but
+/// Lays out the lit faces at `texels_per_meter`, parting charts at the `seams` (see [`crate::cut`]). Front faces without light keep their place in the list, but
 /// have no chart.
 pub(crate) fn unwrap_faces(
     scene: &Scene,
     lit_sides: &LitSides,
+    seams: &[[bool; 3]],
     use_uv1: bool,
     texels_per_meter: f32,
     progress: &dyn Progress,
@@ -53,17 +55,24 @@ pub(crate) fn unwrap_faces(
     let mut back_faces = vec![NONE; scene.triangles.len()];
     let mut face_triangles: Vec<u32> = (0..scene.triangles.len() as u32).collect();
     let mut back = Vec::new();
+    let mut back_seams = Vec::new();
     for (t, &[a, b, c]) in scene.triangles.iter().enumerate() {
         if lit_sides.back(t) {
             back_faces[t] = face_triangles.len() as u32;
             face_triangles.push(t as u32);
             back.extend([a, c, b]);
+            let [ab, bc, ca] = seams[t];
+            back_seams.push([ca, bc, ab]);
         }
     }
     let hidden: Vec<bool> = (0..scene.triangles.len()).map(|t| !lit_sides.front(t)).collect();
-    let mut meshes = vec![MeshInput { ignored_faces: Some(&hidden), ..MeshInput::new(&positions, &front) }];
+    let mut meshes = vec![MeshInput {
+        ignored_faces: Some(&hidden),
+        seams: Some(seams),
+        ..MeshInput::new(&positions, &front)
+    }];
     if !back.is_empty() {
-        meshes.push(MeshInput::new(&positions, &back));
+        meshes.push(MeshInput { seams: Some(&back_seams), ..MeshInput::new(&positions, &back) });
     }
     if use_uv1 && !uv1.is_empty() {
         for mesh in &mut meshes {

@@ -16,6 +16,7 @@ use crate::air_spaces::assign_air_spaces;
 use crate::assemble::{BakeParts, assemble};
 use crate::checkpoint::{Checkpoint, FinishedGroup};
 use crate::compress::Compressor;
+use crate::cut::{CutScene, cut_along_walls};
 use crate::gather::{GatherHit, gather_hits};
 use crate::layout::fit_layout;
 use crate::options::Resolved;
@@ -46,8 +47,11 @@ pub fn bake(
     let scene_hash = scene.content_hash();
     let tracer = Tracer::new(scene);
     let mut resolved = options.resolve(&tracer)?;
+    let CutScene { scene, seams } =
+        cut_along_walls(tracer.scene(), resolved.estimated_texel_size(tracer.scene()));
+    let tracer = Tracer::new(Arc::new(scene));
     let lit_sides = LitSides::find(&tracer, resolved.smallest_spacing() * 0.5, resolved.settings.seed);
-    let atlas = fit_layout(&tracer, &lit_sides, options.use_uv1, &mut resolved, progress)?;
+    let atlas = fit_layout(&tracer, &lit_sides, &seams, options.use_uv1, &mut resolved, progress)?;
     let receivers = place_receivers(&tracer, &atlas, &lit_sides);
     let probes = place_probes(&tracer, &resolved, &lit_sides, &receivers.receivers, progress)?;
     let directions = progressive_sphere(resolved.settings.relight_rays as usize);

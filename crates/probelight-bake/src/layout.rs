@@ -19,6 +19,7 @@ const TOLERANCE: f64 = 0.02;
 pub(crate) fn fit_layout(
     tracer: &Tracer,
     lit_sides: &LitSides,
+    seams: &[[bool; 3]],
     use_uv1: bool,
     resolved: &mut Resolved,
     progress: &dyn Progress,
@@ -29,7 +30,7 @@ pub(crate) fn fit_layout(
         let fitting = density_without_borders(tracer, lit_sides, resolved);
         density = if resolved.target_is_limit { density.min(fitting) } else { fitting };
     }
-    let mut atlas = unwrap_faces(tracer.scene(), lit_sides, use_uv1, density, progress)?;
+    let mut atlas = unwrap_faces(tracer.scene(), lit_sides, seams, use_uv1, density, progress)?;
     for _ in 1..TRIES {
         progress.advance(1);
         let Some(target) = resolved.receiver_target else { break };
@@ -43,7 +44,7 @@ pub(crate) fn fit_layout(
         if resolved.target_is_limit {
             density = density.min(resolved.settings.texels_per_meter);
         }
-        atlas = unwrap_faces(tracer.scene(), lit_sides, use_uv1, density, progress)?;
+        atlas = unwrap_faces(tracer.scene(), lit_sides, seams, use_uv1, density, progress)?;
     }
     resolved.settings.texels_per_meter = density;
     Ok(atlas)

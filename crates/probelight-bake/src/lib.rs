@@ -5,7 +5,8 @@
 //! | step | file | result |
 //! | --- | --- | --- |
 //! | settings | `options` | defaults derived from the scene's scale |
-//! | lit sides | `sides` | which back faces have light of their own |
+//! | walls | `cut` | large triangles cut where walls stand on them, so that no chart runs under a wall |
+//! | lit sides | `sides` | which sides of the triangles have light of their own |
 //! | layout | `atlas`, `layout` | lightmap charts at the wanted density |
 //! | receivers | `receivers` | texels with a sample point in open air; dilation |
 //! | probes | `voxels`, `probes` | where radiance is measured |
@@ -21,7 +22,6 @@ mod atlas;
 mod bake;
 mod checkpoint;
 mod compress;
-#[cfg_attr(not(test), expect(dead_code, reason = "the bake does not call it yet"))]
 mod cut;
 mod error;
 mod gather;

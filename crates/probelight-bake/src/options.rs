@@ -69,6 +69,14 @@ pub(crate) struct Resolved {
 }
 
 impl Resolved {
+    /// About how large a texel will be, metres, before the layout is known.
+    pub(crate) fn estimated_texel_size(&self, scene: &Scene) -> f32 {
+        let wished = 1.0 / self.settings.texels_per_meter;
+        let Some(target) = self.receiver_target else { return wished };
+        let fitting = (scene.surface_area() / f64::from(target)).sqrt() as f32;
+        if self.target_is_limit { wished.max(fitting) } else { fitting }
+    }
+
     /// Smallest distance between neighbouring probes, metres.
     pub(crate) fn smallest_spacing(&self) -> f32 {
         self.settings.probe_spacing * if self.uniform_spacing { 1.0 } else { SMALLEST_SPACING }

@@ -58,7 +58,6 @@ fn closed_rooms_turn_constant_radiance_into_pi_times_it() {
         let baked = quick_bake(name);
         let irradiance = irradiance_under_constant_radiance(&baked, 2.0);
         let expected = 2.0 * std::f32::consts::PI;
-        eprintln!("{:?}", baked.report);
         let mean = irradiance.iter().sum::<f32>() / irradiance.len() as f32;
         assert!((mean / expected - 1.0).abs() < 2e-3, "{name}: {mean} instead of {expected}");
         let worst = irradiance.iter().map(|e| (e / expected - 1.0).abs()).fold(0.0, f32::max);
