@@ -102,7 +102,8 @@ pub struct LightmapLayout {
     pub height: u32,
     /// Number of pages stacked in the image.
     pub pages: u32,
-    /// Lit faces: the front face of triangle t is `faces[t]`; back faces with light of their own follow.
+    /// Lightmap faces: the front face of triangle t is `faces[t]`, which may be [unlit](LightmapFace::is_lit);
+    /// back faces with light of their own follow.
     pub faces: Vec<LightmapFace>,
     /// Per triangle the index of its back face in `faces`, or [`NONE`].
     pub back_faces: Vec<u32>,
@@ -119,7 +120,24 @@ pub struct LightmapFace {
     pub corners: [Vec2; 3],
 }
 
+impl LightmapLayout {
+    /// Where the light of one side of a triangle lies, texels, at barycentric weights of its second and third
+    /// corner; `None` if that side has no light of its own.
+    #[inline]
+    pub fn position(&self, triangle: u32, is_back_face: bool, barycentric: Vec2) -> Option<Vec2> {
+        let face = if is_back_face { *self.back_faces.get(triangle as usize)? } else { triangle };
+        let face = self.faces.get(face as usize)?;
+        face.is_lit().then(|| face.position(barycentric))
+    }
+}
+
 impl LightmapFace {
+    /// Whether the face has light of its own. The corners of unlit faces (the insides of solids) are all zero.
+    #[inline]
+    pub fn is_lit(&self) -> bool {
+        self.corners != [Vec2::ZERO; 3]
+    }
+
     /// Lightmap position at barycentric weights of the second and third corner, texels.
     #[inline]
     pub fn position(&self, barycentric: Vec2) -> Vec2 {

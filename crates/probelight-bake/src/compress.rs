@@ -1,5 +1,5 @@
 //! Clustered principal components: A_c = U_c Σ_c V_cᵀ, truncated, split where that is not enough
-//! ([SED] §3.3, eq. 6).
+//! (\[SED\] §3.3, eq. 6).
 //!
 //! A plain truncated SVD treats every coefficient as equally likely to be bright, and spends its rank on
 //! high bands that carry little light. The decomposition is therefore taken in a metric: columns are
@@ -99,7 +99,7 @@ impl Compressor<'_> {
     }
 
     /// Orders a block's receivers so that each lightmap level is a prefix: texels whose coordinates both
-    /// have k trailing zero bits belong to level k ([SED] §5.3).
+    /// have k trailing zero bits belong to level k (\[SED\] §5.3).
     fn sort_coarsest_first(&self, block: &mut Block) {
         let mut order: Vec<(u32, usize)> =
             block.receivers.iter().copied().zip(block.rows.iter().copied()).collect();

@@ -12,8 +12,8 @@
 //! | probes | `voxels`, `probes` | where radiance is measured |
 //! | relight rays | `relight` | what each probe sees |
 //! | clusters | `air_spaces`, `partition` | groups of receivers that share a matrix |
-//! | transport | `gather`, `probe_choice`, `transport` | the matrix α of each group ([SED] eq. 3–4) |
-//! | compression | `compress` | truncated, split, quantised ([SED] eq. 6) |
+//! | transport | `gather`, `probe_choice`, `transport` | the matrix α of each group (\[SED\] eq. 3–4) |
+//! | compression | `compress` | truncated, split, quantised (\[SED\] eq. 6) |
 //! | file | `assemble` | the [`probelight_asset::BakedScene`] and its report |
 
 mod air_spaces;

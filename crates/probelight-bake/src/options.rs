@@ -20,15 +20,15 @@ pub struct BakeOptions {
     /// more receivers than [`DEFAULT_MAX_RECEIVERS`].
     pub texels_per_meter: Option<f32>,
     /// Probes per cubic metre of open space. Default: adapted to the local free distance, and nowhere
-    /// sparser than [SED]'s 0.02.
+    /// sparser than \[SED\]'s 0.02.
     pub probe_density: Option<f32>,
     /// Gather rays per receiver. Default 1024.
     pub gather_rays: Option<u32>,
-    /// Relight rays per probe. Default 512 ([SED] §5.1).
+    /// Relight rays per probe. Default 512 (\[SED\] §5.1).
     pub relight_rays: Option<u32>,
-    /// Highest spherical-harmonics band, 0 to 11. Default 7 ([SED] Table 1).
+    /// Highest spherical-harmonics band, 0 to 11. Default 7 (\[SED\] Table 1).
     pub sh_degree: Option<u32>,
-    /// Most singular values per cluster. Default 32 ([SED] §3.3).
+    /// Most singular values per cluster. Default 32 (\[SED\] §3.3).
     pub max_rank: Option<u32>,
     /// Relative error of a cluster's truncated matrix above which it is split. Default 0.02.
     pub max_cluster_error: Option<f32>,
@@ -49,7 +49,7 @@ pub const DEFAULT_MAX_RECEIVERS: u32 = 160_000;
 /// Default texel edge as a share of the typical free distance.
 const TEXEL_PER_FREE_DISTANCE: f32 = 1.0 / 32.0;
 
-/// Lowest probe density unless asked otherwise, per m³ ([SED] §3).
+/// Lowest probe density unless asked otherwise, per m³ (\[SED\] §3).
 const SPARSEST_PROBE_DENSITY: f32 = 0.02;
 
 /// Smallest probe spacing as a share of the largest, where it follows the local free distance.

@@ -1,4 +1,4 @@
-//! Grouping receivers into clusters: a kd-tree over position and normal ([SED] §3.3).
+//! Grouping receivers into clusters: a kd-tree over position and normal (\[SED\] §3.3).
 
 use std::collections::BTreeMap;
 

@@ -2,7 +2,7 @@
 //!
 //! A gather ray that ends at y takes its radiance from the probes that see y, in proportion to their
 //! weights; the direction Ψ from the probe to y says which value of the probe's spherical function that
-//! is ([SED] eq. 3). Summed over cosine-distributed rays with weight π/N each, this is [SED] eq. 4 with
+//! is (\[SED\] eq. 3). Summed over cosine-distributed rays with weight π/N each, this is \[SED\] eq. 4 with
 //! the cosine that belongs to irradiance.
 
 use std::f32::consts::PI;
@@ -33,11 +33,11 @@ pub(crate) struct TransportBuilder<'a> {
     pub(crate) basis: &'a Basis,
     /// Positions of the cluster's probes, metres.
     pub(crate) probes: Vec<Vec3>,
-    /// Distance at which a probe's weight reaches zero ([SED]'s support radius), metres.
+    /// Distance at which a probe's weight reaches zero (\[SL\]'s support radius), metres.
     pub(crate) support_radius: f32,
 }
 
-/// [SED]'s kernel: 1 at the probe, 0 at and beyond the support radius, smooth at both ends.
+/// \[SL\]'s kernel: 1 at the probe, 0 at and beyond the support radius, smooth at both ends.
 pub(crate) fn support_kernel(distance: f32, radius: f32) -> f32 {
     let t = (distance / radius).min(1.0);
     (2.0 * t - 3.0) * t * t + 1.0

@@ -7,7 +7,6 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use probelight_asset::{LightmapLayout, NONE};
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_math::sampling::{hash_pair, sobol_owen};
 use probelight_runtime::Runtime;
@@ -38,7 +37,7 @@ pub trait Surfaces: Sync {
 /// The lightmap of the last frame, under the runtime's present colours.
 impl Surfaces for Runtime {
     fn irradiance(&self, hit: &Hit) -> Vec3 {
-        match lightmap_position(&self.baked().lightmap, hit) {
+        match self.baked().lightmap.position(hit.triangle, hit.is_back_face, hit.barycentric) {
             Some(position) => Runtime::irradiance(self).sample(position),
             None => Vec3::ZERO,
         }
@@ -61,13 +60,6 @@ impl Surfaces for Runtime {
 
 fn colors(runtime: &Runtime, scene: &Scene, hit: &Hit) -> Option<SurfaceColors> {
     runtime.surface_colors(scene.triangle_material[hit.triangle as usize] as usize)
-}
-
-/// Where the light of a hit's side lies in the lightmap, texels; `None` for a back face without light of its
-/// own.
-fn lightmap_position(layout: &LightmapLayout, hit: &Hit) -> Option<Vec2> {
-    let face = if hit.is_back_face { *layout.back_faces.get(hit.triangle as usize)? } else { hit.triangle };
-    (face != NONE).then(|| layout.faces[face as usize].position(hit.barycentric))
 }
 
 /// A scene under light, ready to be looked at.

@@ -1,8 +1,8 @@
 //! Which lightmap face lies at a world position.
 
-use probelight_asset::{LightmapLayout, NONE};
+use probelight_asset::LightmapLayout;
 use probelight_math::glam::{Vec2, Vec3};
-use probelight_trace::{Hit, Ray, Tracer};
+use probelight_trace::{Ray, Tracer};
 
 /// How far from the given position a surface may lie, in multiples of [`Tracer::offset`] (1e-5 of the scene's
 /// diagonal): first what rounding explains, then what positions written with few digits need.
@@ -19,7 +19,7 @@ const SMALLEST_COSINE: f32 = 0.5;
 const MOST_HITS: usize = 16;
 
 /// Lightmap position (texels) of the surface at `position` whose side towards `normal` (unit) is meant; `None`
-/// if there is no such surface, or if that side has no light of its own.
+/// if there is no such surface, `Some(None)` if that side has no light of its own.
 ///
 /// Of several surfaces the nearest counts, so that the two faces of a thin wall are told apart. Where surfaces
 /// coincide, one whose side has light counts.
@@ -28,11 +28,11 @@ pub(crate) fn find_face(
     layout: &LightmapLayout,
     position: Vec3,
     normal: Vec3,
-) -> Option<Vec2> {
+) -> Option<Option<Vec2>> {
     REACHES.into_iter().find_map(|reach| {
         let reach = reach * tracer.offset();
         nearest_surface(tracer, layout, position, normal, reach)
-    })?
+    })
 }
 
 /// `None`: no surface within reach; `Some(None)`: one without light.
@@ -52,7 +52,7 @@ fn nearest_surface(
         let Some(hit) = tracer.closest_hit(&ray) else { break };
         let distance = (travelled + hit.distance - reach).abs();
         if hit.normal.dot(normal) >= SMALLEST_COSINE {
-            let found = lightmap_position(layout, &hit);
+            let found = layout.position(hit.triangle, hit.is_back_face, hit.barycentric);
             let is_better = nearest.is_none_or(|(nearest, lit)| {
                 if lit.is_none() == found.is_none() {
                     distance < nearest
@@ -72,9 +72,4 @@ fn nearest_surface(
         }
     }
     nearest.map(|(_, found)| found)
-}
-
-fn lightmap_position(layout: &LightmapLayout, hit: &Hit) -> Option<Vec2> {
-    let face = if hit.is_back_face { layout.back_faces[hit.triangle as usize] } else { hit.triangle };
-    (face != NONE).then(|| layout.faces[face as usize].position(hit.barycentric))
 }

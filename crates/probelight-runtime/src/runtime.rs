@@ -201,11 +201,11 @@ impl Runtime {
     }
 
     /// Irradiance (W/m²) of the surface at a world position, on its side towards `normal` (unit): what arrives
-    /// by way of the probes. `None` if there is no such surface within a thousandth of the scene's diagonal, or
-    /// if that side has no light of its own.
+    /// by way of the probes. `None` if there is no such surface within a thousandth of the scene's diagonal.
+    /// Sides without light of their own, such as the insides of solids, are dark.
     pub fn irradiance_at(&self, position: Vec3, normal: Vec3) -> Option<Vec3> {
         let texel = find_face(&self.tracer, &self.baked.lightmap, position, normal)?;
-        Some(self.lightmap.sample(texel))
+        Some(texel.map_or(Vec3::ZERO, |texel| self.lightmap.sample(texel)))
     }
 
     /// Radiance of the relight rays in the last frame.
