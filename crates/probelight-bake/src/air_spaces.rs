@@ -10,34 +10,32 @@ use probelight_trace::Tracer;
 use rayon::prelude::*;
 
 use crate::probes::ProbeSet;
-use crate::receivers::Receiver;
+use crate::receivers::{Outlook, Receiver};
 
 /// Neighbours tested per probe, and relight points tested per pair that does not see each other.
 const NEIGHBOURS: usize = 16;
 const SHARED_POINTS: usize = 32;
 
 /// Probes tried per receiver.
-const PROBES_TRIED: usize = 16;
+const PROBES_TRIED: usize = 64;
 
-/// The air space of each receiver (numbers without meaning beyond equality).
-pub(crate) fn assign_air_spaces(
+/// Finds each receiver's outlook: the nearest probe it sees, and that probe's air space.
+pub(crate) fn assign_outlooks(
     tracer: &Tracer,
     probes: &ProbeSet,
     relight_points: &[RelightPoint],
-    receivers: &[Receiver],
-) -> Vec<u32> {
+    receivers: &mut [Receiver],
+) {
     let spaces = connect_probes(tracer, probes, relight_points);
-    receivers
-        .par_iter()
-        .map(|receiver| {
-            let origin = receiver.position + receiver.normal * tracer.offset();
-            probes
-                .nearest(origin, PROBES_TRIED)
-                .into_iter()
-                .find(|p| tracer.is_visible(origin, probes.positions[*p as usize]))
-                .map_or(NONE, |p| spaces[p as usize])
-        })
-        .collect()
+    receivers.par_iter_mut().for_each(|receiver| {
+        let origin = receiver.position + receiver.normal * tracer.offset();
+        receiver.outlook = probes
+            .nearest(origin, PROBES_TRIED)
+            .into_iter()
+            .map(|probe| (probe, probes.positions[probe as usize]))
+            .find(|(_, position)| tracer.is_visible(origin, *position))
+            .map(|(probe, position)| Outlook { probe, position, air_space: spaces[probe as usize] });
+    });
 }
 
 /// The air space of each probe.

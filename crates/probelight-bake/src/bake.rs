@@ -12,7 +12,7 @@ use probelight_trace::{Progress, Tracer};
 use rayon::prelude::*;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
-use crate::air_spaces::assign_air_spaces;
+use crate::air_spaces::assign_outlooks;
 use crate::assemble::{BakeParts, assemble};
 use crate::checkpoint::{Checkpoint, FinishedGroup};
 use crate::compress::Compressor;
@@ -52,16 +52,16 @@ pub fn bake(
     let tracer = Tracer::new(Arc::new(scene));
     let lit_sides = LitSides::find(&tracer, resolved.smallest_spacing() * 0.5, resolved.settings.seed);
     let atlas = fit_layout(&tracer, &lit_sides, &seams, options.use_uv1, &mut resolved, progress)?;
-    let receivers = place_receivers(&tracer, &atlas, &lit_sides);
+    let mut receivers = place_receivers(&tracer, &atlas, &lit_sides);
     let probes = place_probes(&tracer, &resolved, &lit_sides, &receivers.receivers, progress)?;
     let directions = progressive_sphere(resolved.settings.relight_rays as usize);
     let relight_points = trace_relight_rays(&tracer, &atlas, &probes, &directions, progress)?;
     let probe_set = ProbeSet::of(&probes, resolved.settings.probe_spacing * 0.5);
-    let air_spaces = assign_air_spaces(&tracer, &probe_set, &relight_points, &receivers.receivers);
+    assign_outlooks(&tracer, &probe_set, &relight_points, &mut receivers.receivers);
 
     let split_rule = split_rule(&resolved);
     let largest = resolved.settings.receivers_per_cluster as usize;
-    let groups = split_rule.partition(&receivers.receivers, &air_spaces, largest);
+    let groups = split_rule.partition(&receivers.receivers, largest);
     let worker = GroupWorker {
         tracer: &tracer,
         basis: Basis::new(resolved.settings.sh_degree as usize),

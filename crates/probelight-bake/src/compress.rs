@@ -182,7 +182,9 @@ mod tests {
     }
 
     fn line_of_receivers(count: u32) -> Vec<Receiver> {
-        (0..count).map(|i| Receiver { texel: i, position: Vec3::X * i as f32, normal: Vec3::Y }).collect()
+        (0..count)
+            .map(|i| Receiver { texel: i, position: Vec3::X * i as f32, normal: Vec3::Y, outlook: None })
+            .collect()
     }
 
     /// Rows of `rank` random patterns with random weights.

@@ -1,4 +1,7 @@
-//! Grouping receivers into clusters: a kd-tree over position and normal (\[SED\] §3.3).
+//! Grouping receivers into clusters: a kd-tree over position, normal and outlook (\[SED\] §3.3).
+//!
+//! The outlook, the nearest probe that a receiver sees, tells apart neighbours that see different things:
+//! the two sides of a thin wall, or a roof and the ceiling below it.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +9,10 @@ use probelight_math::glam::Vec3;
 
 use crate::receivers::Receiver;
 
-/// Splits receivers by position and by the direction they face.
+/// Axes of the tree: three each of position, normal and outlook.
+const AXES: usize = 9;
+
+/// Splits receivers by position, by the direction they face, and by outlook.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KdRule {
     /// Metres that a unit difference of normals counts as.
@@ -14,9 +20,13 @@ pub(crate) struct KdRule {
 }
 
 impl KdRule {
-    /// Coordinate of a receiver along one of the six axes, metres.
+    /// Coordinate of a receiver along one of the axes, metres.
     fn coordinate(self, receiver: &Receiver, axis: usize) -> f32 {
-        if axis < 3 { receiver.position[axis] } else { receiver.normal[axis - 3] * self.meters_per_normal }
+        match axis / 3 {
+            0 => receiver.position[axis],
+            1 => receiver.normal[axis - 3] * self.meters_per_normal,
+            _ => receiver.outlook.map_or(receiver.position, |outlook| outlook.position)[axis - 6],
+        }
     }
 
     /// Halves a group at the median of its widest axis; ties go by texel, so the result does not depend on
@@ -29,7 +39,7 @@ impl KdRule {
             });
             high - low
         };
-        let axis = (0..6).max_by(|a, b| extent(*a).total_cmp(&extent(*b)).then(b.cmp(a))).unwrap_or(0);
+        let axis = (0..AXES).max_by(|a, b| extent(*a).total_cmp(&extent(*b)).then(b.cmp(a))).unwrap_or(0);
         group.sort_unstable_by(|a, b| {
             let value = |r: &u32| self.coordinate(&receivers[*r as usize], axis);
             value(a).total_cmp(&value(b)).then(a.cmp(b))
@@ -39,15 +49,11 @@ impl KdRule {
     }
 
     /// Groups of at most `largest` receivers, never mixing air spaces.
-    pub(crate) fn partition(
-        self,
-        receivers: &[Receiver],
-        air_spaces: &[u32],
-        largest: usize,
-    ) -> Vec<Vec<u32>> {
-        let mut by_space: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        for (receiver, space) in air_spaces.iter().enumerate() {
-            by_space.entry(*space).or_default().push(receiver as u32);
+    pub(crate) fn partition(self, receivers: &[Receiver], largest: usize) -> Vec<Vec<u32>> {
+        let mut by_space: BTreeMap<Option<u32>, Vec<u32>> = BTreeMap::new();
+        for (r, receiver) in receivers.iter().enumerate() {
+            let space = receiver.outlook.map(|outlook| outlook.air_space);
+            by_space.entry(space).or_default().push(r as u32);
         }
         let mut pending: Vec<Vec<u32>> = by_space.into_values().rev().collect();
         let mut groups = Vec::new();
@@ -73,6 +79,7 @@ pub(crate) fn centroid(receivers: &[Receiver], group: &[u32]) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::receivers::Outlook;
 
     fn receivers() -> Vec<Receiver> {
         (0..1000u32)
@@ -80,21 +87,26 @@ mod tests {
                 texel: i,
                 position: Vec3::new((i % 50) as f32 * 0.1, (i / 50) as f32 * 0.1, 0.0),
                 normal: if i % 2 == 0 { Vec3::Z } else { Vec3::NEG_Z },
+                outlook: None,
             })
             .collect()
     }
 
     #[test]
     fn groups_cover_every_receiver_once_and_respect_size_and_air_space() {
-        let receivers = receivers();
-        let spaces: Vec<u32> = receivers.iter().map(|r| u32::from(r.position.x > 3.0)).collect();
-        let groups = KdRule { meters_per_normal: 1.0 }.partition(&receivers, &spaces, 100);
+        let mut receivers = receivers();
+        for receiver in &mut receivers {
+            let air_space = u32::from(receiver.position.x > 3.0);
+            receiver.outlook = Some(Outlook { probe: 0, position: Vec3::ZERO, air_space });
+        }
+        let groups = KdRule { meters_per_normal: 1.0 }.partition(&receivers, 100);
         let mut seen: Vec<u32> = groups.iter().flatten().copied().collect();
         seen.sort_unstable();
         assert_eq!(seen, (0..1000).collect::<Vec<_>>());
         for group in &groups {
             assert!(group.len() <= 100);
-            assert!(group.iter().all(|r| spaces[*r as usize] == spaces[group[0] as usize]));
+            let outlook = |r: u32| receivers[r as usize].outlook;
+            assert!(group.iter().all(|r| outlook(*r) == outlook(group[0])));
         }
     }
 

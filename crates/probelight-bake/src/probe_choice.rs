@@ -72,9 +72,11 @@ pub(crate) fn choose_probes(
     chosen
 }
 
-/// The probes nearest to the group's receivers among those that these see, in order of their numbers.
+/// The outlooks of all the group's receivers, and more of the probes nearest to some of them among those
+/// that these see; in order of their numbers.
 fn find_candidates(tracer: &Tracer, probes: &ProbeSet, receivers: &[Receiver], group: &[u32]) -> Vec<u32> {
-    let mut candidates = BTreeSet::new();
+    let mut candidates: BTreeSet<u32> =
+        group.iter().filter_map(|r| Some(receivers[*r as usize].outlook?.probe)).collect();
     for receiver in group.iter().step_by(group.len().div_ceil(SCOUTS)) {
         let receiver = &receivers[*receiver as usize];
         let origin = receiver.position + receiver.normal * tracer.offset();

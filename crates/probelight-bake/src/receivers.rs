@@ -25,6 +25,19 @@ pub(crate) struct Receiver {
     pub(crate) position: Vec3,
     /// Unit geometric normal on the lit side.
     pub(crate) normal: Vec3,
+    /// The nearest probe it sees; known once the probes are.
+    pub(crate) outlook: Option<Outlook>,
+}
+
+/// From where a receiver's surroundings are measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Outlook {
+    /// The nearest probe that the receiver sees.
+    pub(crate) probe: u32,
+    /// Its position, metres.
+    pub(crate) position: Vec3,
+    /// Its air space (see [`crate::air_spaces`]).
+    pub(crate) air_space: u32,
 }
 
 /// All receivers, in texel order, and how to fill the texels around them.
@@ -203,6 +216,7 @@ fn receiver_at(tracer: &Tracer, atlas: &Atlas, texel: u32, face: u32, point: Vec
         texel,
         position: a + (b - a) * barycentric.x + (c - a) * barycentric.y,
         normal: if is_back { -front } else { front },
+        outlook: None,
     }
 }
 

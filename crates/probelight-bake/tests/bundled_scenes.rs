@@ -104,7 +104,8 @@ fn floor_texels_under_the_blocks_are_invalid() {
     let share = baked.report.invalid_texels as f64 / baked.report.chart_texels as f64;
     // The blocks stand on 2 × 1.65² m² of about 190 m².
     assert!((0.005..0.06).contains(&share), "{share}");
-    assert_eq!(quick_bake("cornell_empty.glb").report.invalid_texels, 0);
+    let empty = quick_bake("cornell_empty.glb").report;
+    assert!((empty.invalid_texels as f64) < 0.002 * empty.chart_texels as f64);
 }
 
 #[test]
