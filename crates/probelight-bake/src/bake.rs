@@ -172,7 +172,7 @@ const CHOICE_HITS: usize = 2048;
 
 /// Support radius as a multiple of the largest distance between the group's receivers and probes; greater
 /// than one, so that every chosen probe counts.
-const SUPPORT_MARGIN: f32 = 1.5;
+const SUPPORT_MARGIN: f32 = 1.1;
 
 impl GroupWorker<'_> {
     fn bake_group(&self, group: &[u32]) -> FinishedGroup {

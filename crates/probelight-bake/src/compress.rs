@@ -56,7 +56,7 @@ pub(crate) struct Compressor<'a> {
 
 /// Clusters are not split below this many receivers per kept singular value: U and ΣVᵀ would together
 /// outgrow the matrix they stand for.
-const FEWEST_RECEIVERS_PER_RANK: usize = 4;
+const FEWEST_RECEIVERS_PER_RANK: usize = 8;
 
 impl Compressor<'_> {
     /// Compresses the rows of `group` (row-major, one per receiver of the group).

@@ -22,7 +22,7 @@ pub struct BakeOptions {
     /// Probes per cubic metre of open space. Default: adapted to the local free distance, and nowhere
     /// sparser than \[SED\]'s 0.02.
     pub probe_density: Option<f32>,
-    /// Gather rays per receiver. Default 1024.
+    /// Gather rays per receiver. Default 512.
     pub gather_rays: Option<u32>,
     /// Relight rays per probe. Default 512 (\[SED\] §5.1).
     pub relight_rays: Option<u32>,
@@ -30,7 +30,8 @@ pub struct BakeOptions {
     pub sh_degree: Option<u32>,
     /// Most singular values per cluster. Default 32 (\[SED\] §3.3).
     pub max_rank: Option<u32>,
-    /// Relative error of a cluster's truncated matrix above which it is split. Default 0.02.
+    /// Relative error of a cluster's truncated matrix above which it is split. Default 0.04: what is lost then is mostly the
+    /// noise of the gather rays.
     pub max_cluster_error: Option<f32>,
     /// Most probes a cluster draws on. Default 10.
     pub probes_per_cluster: Option<u32>,
@@ -111,7 +112,7 @@ impl BakeOptions {
             texels_per_meter: texel_density.unwrap_or(1.0 / (free_distance * TEXEL_PER_FREE_DISTANCE)),
             probe_spacing: spacing,
             sh_degree: within("the SH degree", self.sh_degree, 7, 0..=11, "0 to 11")?,
-            gather_rays: within("the gather rays", self.gather_rays, 1024, 16..=65_536, "16 to 65536")?,
+            gather_rays: within("the gather rays", self.gather_rays, 512, 16..=65_536, "16 to 65536")?,
             relight_rays: within("the relight rays", self.relight_rays, 512, 16..=16_384, "16 to 16384")?,
             probes_per_cluster: within(
                 "the probes per cluster",
@@ -128,7 +129,7 @@ impl BakeOptions {
                 "16 to 4096",
             )?,
             max_rank: within("the rank", self.max_rank, 32, 1..=256, "1 to 256")?,
-            max_cluster_error: max_error.unwrap_or(0.02),
+            max_cluster_error: max_error.unwrap_or(0.04),
             seed: self.seed.unwrap_or(0),
         };
         let (receiver_target, target_is_limit) = match (texel_density, self.receivers) {
