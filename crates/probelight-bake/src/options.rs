@@ -45,7 +45,7 @@ pub struct BakeOptions {
 }
 
 /// Receivers that the default texel density does not exceed.
-pub const DEFAULT_MAX_RECEIVERS: u32 = 160_000;
+pub const DEFAULT_MAX_RECEIVERS: u32 = 250_000;
 
 /// Default texel edge as a share of the typical free distance.
 const TEXEL_PER_FREE_DISTANCE: f32 = 1.0 / 32.0;
