@@ -9,7 +9,7 @@ use probelight_math::glam::Vec3;
 use probelight_trace::Tracer;
 use rayon::prelude::*;
 
-use crate::probes::ProbeSet;
+use crate::point_grid::PointGrid;
 use crate::receivers::{Outlook, Receiver};
 
 /// Neighbours tested per probe, and relight points tested per pair that does not see each other.
@@ -22,7 +22,7 @@ const PROBES_TRIED: usize = 64;
 /// Finds each receiver's outlook: the nearest probe it sees, and that probe's air space.
 pub(crate) fn assign_outlooks(
     tracer: &Tracer,
-    probes: &ProbeSet,
+    probes: &PointGrid,
     relight_points: &[RelightPoint],
     receivers: &mut [Receiver],
 ) {
@@ -39,7 +39,7 @@ pub(crate) fn assign_outlooks(
 }
 
 /// The air space of each probe.
-fn connect_probes(tracer: &Tracer, probes: &ProbeSet, relight_points: &[RelightPoint]) -> Vec<u32> {
+fn connect_probes(tracer: &Tracer, probes: &PointGrid, relight_points: &[RelightPoint]) -> Vec<u32> {
     let rays = relight_points.len() / probes.positions.len().max(1);
     let links: Vec<Vec<u32>> = probes
         .positions

@@ -21,8 +21,9 @@ use crate::gather::{GatherHit, gather_hits};
 use crate::layout::fit_layout;
 use crate::options::Resolved;
 use crate::partition::KdRule;
+use crate::point_grid::PointGrid;
 use crate::probe_choice::choose_probes;
-use crate::probes::{ProbeSet, place_probes};
+use crate::probes::place_probes;
 use crate::receivers::{Receiver, place_receivers};
 use crate::relight::trace_relight_rays;
 use crate::sides::LitSides;
@@ -56,7 +57,7 @@ pub fn bake(
     let probes = place_probes(&tracer, &resolved, &lit_sides, &receivers.receivers, progress)?;
     let directions = progressive_sphere(resolved.settings.relight_rays as usize);
     let relight_points = trace_relight_rays(&tracer, &atlas, &probes, &directions, progress)?;
-    let probe_set = ProbeSet::of(&probes, resolved.settings.probe_spacing * 0.5);
+    let probe_set = PointGrid::of(&probes, resolved.settings.probe_spacing * 0.5);
     assign_outlooks(&tracer, &probe_set, &relight_points, &mut receivers.receivers);
 
     let split_rule = split_rule(&resolved);
@@ -162,7 +163,7 @@ fn gather_groups(
 struct GroupWorker<'a> {
     tracer: &'a Tracer,
     basis: Basis,
-    probes: &'a ProbeSet,
+    probes: &'a PointGrid,
     receivers: &'a [Receiver],
     compressor: Compressor<'a>,
 }

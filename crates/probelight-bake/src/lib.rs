@@ -28,6 +28,7 @@ mod gather;
 mod layout;
 mod options;
 mod partition;
+mod point_grid;
 mod probe_choice;
 mod probes;
 mod receivers;

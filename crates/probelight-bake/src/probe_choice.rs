@@ -7,7 +7,7 @@ use probelight_trace::{Ray, Tracer};
 
 use crate::gather::GatherHit;
 use crate::partition::centroid;
-use crate::probes::ProbeSet;
+use crate::point_grid::PointGrid;
 use crate::receivers::Receiver;
 
 /// Receivers of a group from which candidates are looked for, probes tried from each, nearest first, and
@@ -31,7 +31,7 @@ const WORTH_OF_SEEING: f32 = 0.4;
 /// cluster's gather hits).
 pub(crate) fn choose_probes(
     tracer: &Tracer,
-    probes: &ProbeSet,
+    probes: &PointGrid,
     receivers: &[Receiver],
     group: &[u32],
     hits: &[GatherHit],
@@ -74,7 +74,7 @@ pub(crate) fn choose_probes(
 
 /// The outlooks of all the group's receivers, and more of the probes nearest to some of them among those
 /// that these see; in order of their numbers.
-fn find_candidates(tracer: &Tracer, probes: &ProbeSet, receivers: &[Receiver], group: &[u32]) -> Vec<u32> {
+fn find_candidates(tracer: &Tracer, probes: &PointGrid, receivers: &[Receiver], group: &[u32]) -> Vec<u32> {
     let mut candidates: BTreeSet<u32> =
         group.iter().filter_map(|r| Some(receivers[*r as usize].outlook?.probe)).collect();
     for receiver in group.iter().step_by(group.len().div_ceil(SCOUTS)) {

@@ -20,7 +20,7 @@ use probelight_math::sampling::{
 use probelight_trace::{Hit, Ray, Tracer};
 use rayon::prelude::*;
 
-use crate::probes::ProbeSet;
+use crate::point_grid::PointGrid;
 use crate::surface_samples::{SurfaceSample, sample_front_faces};
 use crate::voxels::VoxelGrid;
 
@@ -131,7 +131,7 @@ impl LitSides {
 /// Places known to be in open air.
 struct OpenAir<'a> {
     tracer: &'a Tracer,
-    places: ProbeSet,
+    places: PointGrid,
 }
 
 impl<'a> OpenAir<'a> {
@@ -143,7 +143,7 @@ impl<'a> OpenAir<'a> {
             .filter(|(position, is_outside)| *is_outside || back_share(tracer, *position) <= MAX_BACK_SHARE)
             .map(|(position, _)| *position)
             .collect();
-        Self { tracer, places: ProbeSet::of(&places, voxel_size) }
+        Self { tracer, places: PointGrid::of(&places, voxel_size) }
     }
 
     /// Whether a point (already off its surface) is in sight of open air.
