@@ -68,7 +68,7 @@ impl BundledScene {
     /// Paths per pixel of the reference pictures.
     pub(crate) fn reference_samples(self) -> u32 {
         match self {
-            Self::Atrium => 48,
+            Self::Atrium => 72,
             Self::Rooms => 64,
             Self::Cornell => 128,
         }

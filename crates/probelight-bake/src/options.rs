@@ -30,7 +30,7 @@ pub struct BakeOptions {
     pub sh_degree: Option<u32>,
     /// Most singular values per cluster. Default 32 (\[SED\] §3.3).
     pub max_rank: Option<u32>,
-    /// Relative error of a cluster's truncated matrix above which it is split. Default 0.04: what is lost then is mostly the
+    /// Relative error of a cluster's truncated matrix above which it is split. Default 0.025: what is lost then is mostly the
     /// noise of the gather rays.
     pub max_cluster_error: Option<f32>,
     /// Most probes a cluster draws on. Default 10.
@@ -45,7 +45,7 @@ pub struct BakeOptions {
 }
 
 /// Receivers that the default texel density does not exceed.
-pub const DEFAULT_MAX_RECEIVERS: u32 = 250_000;
+pub const DEFAULT_MAX_RECEIVERS: u32 = 200_000;
 
 /// Default texel edge as a share of the typical free distance.
 const TEXEL_PER_FREE_DISTANCE: f32 = 1.0 / 32.0;
@@ -129,7 +129,7 @@ impl BakeOptions {
                 "16 to 4096",
             )?,
             max_rank: within("the rank", self.max_rank, 32, 1..=256, "1 to 256")?,
-            max_cluster_error: max_error.unwrap_or(0.04),
+            max_cluster_error: max_error.unwrap_or(0.025),
             seed: self.seed.unwrap_or(0),
         };
         let (receiver_target, target_is_limit) = match (texel_density, self.receivers) {
