@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# Bakes scenes and prints the error of each setup against its reference points, as Markdown rows.
+#
+#   tools/measure-errors.sh GROUNDTRUTH OUT SCENE.glb SETUP... [-- BAKE_OPTION...]
+#
+# GROUNDTRUTH holds setups/SETUP.json and points/SETUP.csv; baked files and JSON reports go to OUT.
+set -euo pipefail
+
+groundtruth=$1 out=$2 scene=$3
+shift 3
+setups=()
+while (($#)) && [[ $1 != -- ]]; do
+    setups+=("$1")
+    shift
+done
+shift || true
+
+probelight() { cargo run --release --quiet -- "$@"; }
+# The first number of that name in pretty-printed JSON.
+number() { sed -nE "s/^ *\"$1\": (-?[0-9.e-]+),?$/\1/p" "$2" | head -n 1; }
+percent() { awk -v x="$1" 'BEGIN { printf "%.2f %%", 100 * x }'; }
+
+name=$(basename "$scene" .glb)
+mkdir -p "$out"
+probelight bake "$scene" -o "$out/$name.plight" --json --quiet "$@" > "$out/$name.bake.json"
+report="$out/$name.bake.json"
+printf '%s: %s receivers, %s probes, %.0f bytes per receiver, %.0f s\n' "$name" "$(number receivers "$report")" \
+    "$(number probes "$report")" "$(number matrix_bytes_per_receiver "$report")" "$(number seconds "$report")"
+for setup in "${setups[@]}"; do
+    errors="$out/$setup.eval.json"
+    probelight eval "$out/$name.plight" --setup "$groundtruth/setups/$setup.json" \
+        --points "$groundtruth/points/$setup.csv" --json --quiet > "$errors"
+    printf '| %s | %s | %s | %s | %s |\n' "$setup" "$(percent "$(number relative_rmse "$errors")")" \
+        "$(percent "$(number mean_bias "$errors")")" "$(percent "$(number median_relative_error "$errors")")" \
+        "$(percent "$(number p95_relative_error "$errors")")"
+done
