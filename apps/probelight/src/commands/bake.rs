@@ -58,7 +58,7 @@ struct SettingFlags {
     /// Probes per cubic metre of open space [default: adapted to the scene, at least 0.02]
     #[arg(long, value_name = "D")]
     probe_density: Option<f32>,
-    /// Gather rays per receiver: less noise in the light [default: see `info`]
+    /// Gather rays per receiver: less noise in the light, longer bake
     #[arg(long, value_name = "N")]
     rays: Option<u32>,
     /// Relight rays per probe: finer light at each frame's cost [default: 512]
@@ -71,7 +71,7 @@ struct SettingFlags {
     #[arg(long, value_name = "K")]
     max_rank: Option<u32>,
     /// Relative truncation error allowed per cluster; singular values are kept, and large clusters split,
-    /// until it is reached [default: see `info`]
+    /// until it is reached
     #[arg(long, value_name = "E")]
     max_cluster_error: Option<f32>,
     /// Most probes a cluster draws on; up to twice as many where rays end unseen by them [default: 10]
