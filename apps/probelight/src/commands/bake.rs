@@ -20,7 +20,7 @@ Examples:
   probelight bake hall.glb -o hall.plight --texel-density 8 --rays 4096    slow and fine
   probelight bake hall.glb -o hall.plight --resume                         go on after Ctrl-C
 
-`probelight info OUT.plight` prints the settings that a file was baked with, defaults included.
+`probelight info --json OUT.plight` prints all settings that a file was baked with, defaults included.
 
 While it runs, finished parts are kept in OUT.plight.partial; the file disappears at the end. The result
 depends on the scene and the settings only, not on threads or interruptions.";
