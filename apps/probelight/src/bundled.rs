@@ -3,11 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::Context;
 use clap::ValueEnum;
 use probelight_bake::BakeOptions;
 use probelight_math::glam::{Vec3, vec3};
-use probelight_scene::{Camera, Light, Lighting, Scene, Sky, load_gltf};
+use probelight_scene::{Camera, Light, Lighting, Scene, Sky, parse_gltf};
 
 /// A scene inside the program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -47,12 +46,10 @@ impl BundledScene {
         }
     }
 
-    /// Unpacks the scene by way of a temporary file in `folder`.
-    pub(crate) fn load(self, folder: &Path) -> anyhow::Result<Arc<Scene>> {
-        let file = tempfile::Builder::new().suffix(".glb").tempfile_in(folder);
-        let file = file.with_context(|| format!("cannot write in the folder {}", folder.display()))?;
-        std::fs::write(file.path(), self.glb()).context("cannot unpack the scene")?;
-        Ok(Arc::new(load_gltf(file.path())?))
+    /// Reads the scene.
+    pub(crate) fn load(self) -> anyhow::Result<Arc<Scene>> {
+        let path = format!("{}.glb", self.name());
+        Ok(Arc::new(parse_gltf(self.glb(), Path::new(&path))?))
     }
 
     /// Settings that keep the whole demo under three minutes on two cores.

@@ -170,6 +170,28 @@ fn resume_without_an_interrupted_bake_starts_anew() {
 }
 
 #[test]
+fn the_help_of_bake_states_the_defaults() {
+    let place = Workplace::new();
+    place.succeed("bake cornell.glb -o cornell.plight --receivers 40 --quiet");
+    let settings = &place.json("info cornell.plight")["settings"];
+    // Lines are wrapped anywhere.
+    let help = place.succeed("bake --help").split_whitespace().collect::<Vec<_>>().join(" ");
+    for (flag, field) in [
+        ("--relight-rays <N>", "relight_rays"),
+        ("--sh-degree <L>", "sh_degree"),
+        ("--max-rank <K>", "max_rank"),
+        ("--probes-per-cluster <P>", "probes_per_cluster"),
+        ("--receivers-per-cluster <R>", "receivers_per_cluster"),
+        ("--seed <S>", "seed"),
+    ] {
+        let (_, entry) = help.split_once(flag).unwrap_or_else(|| panic!("{flag} is not in the help"));
+        let (_, stated) = entry.split_once("[default: ").unwrap();
+        let (stated, _) = stated.split_once(']').unwrap();
+        assert_eq!(stated, settings[field].to_string(), "{flag}");
+    }
+}
+
+#[test]
 fn help_completions_and_manual_pages_are_there() {
     let place = Workplace::new();
     for command in ["demo", "bake", "info", "render", "reference", "eval", "completions", "man"] {

@@ -1,7 +1,7 @@
 //! Unwrapping the lit faces into lightmap charts.
 //!
-//! The unwrapper (`uvunwrap`) guarantees charts that neither overlap nor flip and lie at least two texels
-//! apart, so that a bilinear lookup in one chart never touches a texel of another.
+//! The unwrapper (`uvunwrap`) guarantees charts that neither overlap nor flip and keep their padding
+//! free, so that a bilinear lookup in one chart never touches a texel that another one needs.
 
 use probelight_asset::{LightmapFace, NONE};
 use probelight_math::glam::Vec2;
@@ -33,14 +33,14 @@ pub(crate) struct Atlas {
     pub(crate) faces: Vec<LightmapFace>,
     /// Triangle of each face.
     pub(crate) face_triangles: Vec<u32>,
-    /// Chart of each face; [`NONE`] for faces too thin to have one.
+    /// Chart of each face; [`NONE`] for unlit faces and those too thin to have one.
     pub(crate) face_charts: Vec<u32>,
     /// Per triangle its back face's index in `faces`, or [`NONE`].
     pub(crate) back_faces: Vec<u32>,
 }
 
-/// Lays out the lit faces at `texels_per_meter`, parting charts at the `seams` (see [`crate::cut`]). Front faces without light keep their place in the list, but
-/// have no chart.
+/// Lays out the lit faces at `texels_per_meter`, parting charts at the `seams` (see [`crate::cut`]). Front faces
+/// without light keep their place in the list, but have no chart.
 pub(crate) fn unwrap_faces(
     scene: &Scene,
     lit_sides: &LitSides,

@@ -30,10 +30,12 @@ pub struct BakeOptions {
     pub sh_degree: Option<u32>,
     /// Most singular values per cluster. Default 32 (\[SED\] §3.3).
     pub max_rank: Option<u32>,
-    /// Relative error of a cluster's truncated matrix above which it is split, while it is large. Default
-    /// 0.025: what is lost then is mostly the noise of the gather rays.
+    /// Relative error of a cluster's truncated matrix: singular values are kept until it is reached, and
+    /// clusters large enough for two are split. Default 0.025: what is lost then is mostly the noise of the
+    /// gather rays.
     pub max_cluster_error: Option<f32>,
-    /// Most probes a cluster draws on. Default 10.
+    /// Most probes a cluster draws on; up to twice as many where more than a few of its rays end at places that
+    /// none of them sees. Default 10.
     pub probes_per_cluster: Option<u32>,
     /// Most receivers in a cluster. Default 256: probes serve a cluster well only if it is small against the
     /// distance between them.

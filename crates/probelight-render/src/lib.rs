@@ -3,7 +3,7 @@
 //!
 //! | module | job |
 //! | --- | --- |
-//! | [`renderer`] | radiance (or raw irradiance) seen by a camera: [`render`](renderer::render) |
+//! | [`renderer`] | radiance (or raw irradiance) seen by a camera: [`render`] |
 //! | [`image`] | [`Image`]: linear RGB pixels; OpenEXR files |
 //! | [`tone_map`] | exposure and a filmic curve: [`DisplayImage`] from [`Image`] |
 //! | [`display_image`] | [`DisplayImage`]: 8-bit sRGB pixels; PNG files |

@@ -20,6 +20,8 @@ Examples:
   probelight bake hall.glb -o hall.plight --texel-density 8 --rays 4096    slow and fine
   probelight bake hall.glb -o hall.plight --resume                         go on after Ctrl-C
 
+`probelight info --json OUT.plight` prints all settings that a file was baked with, defaults included.
+
 While it runs, finished parts are kept in OUT.plight.partial; the file disappears at the end. The result
 depends on the scene and the settings only, not on threads or interruptions.";
 
@@ -47,7 +49,7 @@ pub(crate) struct Flags {
 #[command(next_help_heading = "Settings")]
 struct SettingFlags {
     /// Wanted number of receivers: lightmap texels with light of their own
-    /// [default: from the scene's scale, at most 160000]
+    /// [default: from the scene's scale, with an upper limit]
     #[arg(long, value_name = "N", conflicts_with = "texel_density")]
     receivers: Option<u32>,
     /// Lightmap texels per metre, instead of --receivers
@@ -56,7 +58,7 @@ struct SettingFlags {
     /// Probes per cubic metre of open space [default: adapted to the scene, at least 0.02]
     #[arg(long, value_name = "D")]
     probe_density: Option<f32>,
-    /// Gather rays per receiver: less noise in the light [default: 1024]
+    /// Gather rays per receiver: less noise in the light, longer bake
     #[arg(long, value_name = "N")]
     rays: Option<u32>,
     /// Relight rays per probe: finer light at each frame's cost [default: 512]
@@ -68,13 +70,14 @@ struct SettingFlags {
     /// Most singular values kept per cluster: larger file, less error [default: 32]
     #[arg(long, value_name = "K")]
     max_rank: Option<u32>,
-    /// Relative truncation error above which a cluster is split [default: 0.02]
+    /// Relative truncation error allowed per cluster; singular values are kept, and large clusters split,
+    /// until it is reached
     #[arg(long, value_name = "E")]
     max_cluster_error: Option<f32>,
-    /// Most probes a cluster draws on [default: 10]
+    /// Most probes a cluster draws on; up to twice as many where rays end unseen by them [default: 10]
     #[arg(long, value_name = "P")]
     probes_per_cluster: Option<u32>,
-    /// Most receivers of a cluster [default: 1024]
+    /// Most receivers of a cluster [default: 256]
     #[arg(long, value_name = "R")]
     receivers_per_cluster: Option<u32>,
     /// Lay the lightmap out by the scene's second texture coordinates where they are valid

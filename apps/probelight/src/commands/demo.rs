@@ -93,7 +93,7 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     output::check(&report.baked_file, &[])?;
 
     console.note(format!("baking the scene \"{}\" ...", flags.scene.name()));
-    let scene = flags.scene.load(&flags.out)?;
+    let scene = flags.scene.load()?;
     let options = flags.scene.bake_options();
     let baked = timed(&mut report.seconds.bake, || {
         probelight_bake::bake(Arc::clone(&scene), &options, None, console)

@@ -64,14 +64,19 @@ pub(crate) fn describe(info: &BakedInfo) -> Result<String, std::fmt::Error> {
     line(
         "clusters",
         format!(
-            "{}, at most {} receivers, {} probes, rank {}",
-            info.clusters, settings.receivers_per_cluster, settings.probes_per_cluster, settings.max_rank
+            "{}, at most {} receivers and rank {}, {} probes (up to twice as many where rays end unseen)",
+            info.clusters, settings.receivers_per_cluster, settings.max_rank, settings.probes_per_cluster
         ),
     )?;
     line("matrices", format!("{:.1} bytes per receiver", info.matrix_bytes_per_receiver))?;
     line(
         "truncation error",
-        format!("mean {}, largest {}", percent(report.mean_cluster_error), percent(report.max_cluster_error)),
+        format!(
+            "mean {}, largest {}, wanted at most {}",
+            percent(report.mean_cluster_error),
+            percent(report.max_cluster_error),
+            percent(f64::from(settings.max_cluster_error))
+        ),
     )?;
     line(
         "hits no probe sees",

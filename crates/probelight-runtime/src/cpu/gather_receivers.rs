@@ -1,4 +1,4 @@
-//! Stage 4: irradiance at every receiver, E = U·b ([SED] eq. 6), and its way into the lightmap.
+//! Stage 4: irradiance at every receiver, E = U·b (\[SED\] eq. 6), and its way into the lightmap.
 
 use half::f16;
 use probelight_asset::{BakedScene, Cluster};

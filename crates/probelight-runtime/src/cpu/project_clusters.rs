@@ -1,4 +1,4 @@
-//! Stage 3: each cluster's coefficients, b = (ΣVᵀ)·λ ([SED] §3.3).
+//! Stage 3: each cluster's coefficients, b = (ΣVᵀ)·λ (\[SED\] §3.3).
 
 use std::sync::{Mutex, PoisonError};
 

@@ -1,4 +1,4 @@
-//! Stage 2: the probes' radiance as spherical-harmonics coefficients ([SED] eq. 2).
+//! Stage 2: the probes' radiance as spherical-harmonics coefficients (\[SED\] eq. 2).
 //!
 //! All probes share their directions, so the projection of all of them is one matrix product,
 //! λ = L·(w·Y), of radiance with a table of weighted basis values:
@@ -10,7 +10,7 @@
 //!          └──────┘              └──┴──┴──┴──┘             └─────────────┘
 //! ```
 //!
-//! The table is stored in panels of [`LANES`] coefficients. A panel of 512 rays (32 KiB) stays in the first-level
+//! The table is stored in panels of `LANES` coefficients. A panel of 512 rays (32 KiB) stays in the first-level
 //! cache while a task multiplies its probes' radiance with it, sums in registers.
 
 use probelight_asset::BakedScene;
@@ -34,7 +34,7 @@ pub struct ProbeRadiance {
     stride: usize,
     /// Weighted basis values: panel by panel, ray by ray.
     table: Vec<Lanes>,
-    /// Probe by probe, channel by channel, with [`LANES`] values of padding at the end.
+    /// Probe by probe, channel by channel, with `LANES` values of padding at the end.
     values: Vec<f32>,
 }
 
@@ -66,7 +66,7 @@ impl ProbeRadiance {
         &self.coefficients_from(probe, channel, 0)[..self.coefficients]
     }
 
-    /// Everything from one coefficient on; at least [`LANES`] values.
+    /// Everything from one coefficient on; at least `LANES` values.
     #[inline(always)]
     pub(super) fn coefficients_from(&self, probe: usize, channel: usize, coefficient: usize) -> &[f32] {
         &self.values[(probe * 3 + channel) * self.stride + coefficient..]
