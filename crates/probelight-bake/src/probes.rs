@@ -23,6 +23,10 @@ const LOOK_RAYS: usize = 128;
 /// Spacing as a share of the local free distance.
 const SPACING_PER_FREE_DISTANCE: f32 = 0.6;
 
+/// Distance to the nearest surface as a share of the spacing. A probe close to a bright surface sees it fill
+/// half the sphere with a hard edge, which rings in the bands that a probe has.
+const CLEARANCE_PER_SPACING: f32 = 0.15;
+
 /// Candidates seeing more unlit sides than this are inside solids.
 const MAX_UNLIT_SHARE: f32 = 0.2;
 
@@ -35,6 +39,8 @@ struct Candidate {
     position: Vec3,
     /// Median distance to what it sees, metres.
     free_distance: f32,
+    /// Distance to the nearest surface it sees, metres.
+    clearance: f32,
 }
 
 /// Places probes for the scene and its receivers.
@@ -68,7 +74,10 @@ pub(crate) fn place_probes(
         } else {
             (candidate.free_distance * SPACING_PER_FREE_DISTANCE).clamp(smallest, widest)
         };
-        if !probes.any_within(candidate.position, spacing, |p| tracer.is_visible(p, candidate.position)) {
+        let is_clear = candidate.clearance >= CLEARANCE_PER_SPACING * spacing;
+        if is_clear
+            && !probes.any_within(candidate.position, spacing, |p| tracer.is_visible(p, candidate.position))
+        {
             probes.insert(candidate.position);
         }
     }
@@ -92,7 +101,11 @@ fn look_around(tracer: &Tracer, lit_sides: &LitSides, position: Vec3) -> Option<
     distances.sort_by(f32::total_cmp);
     let sees_surface = distances[0].is_finite();
     let in_air = unlit as f32 <= MAX_UNLIT_SHARE * LOOK_RAYS as f32;
-    (sees_surface && in_air).then(|| Candidate { position, free_distance: distances[LOOK_RAYS / 2] })
+    (sees_surface && in_air).then(|| Candidate {
+        position,
+        free_distance: distances[LOOK_RAYS / 2],
+        clearance: distances[0],
+    })
 }
 
 /// Adds a probe in front of every receiver that sees none of those around it.
