@@ -45,8 +45,11 @@ const BAD_SCENES: &[BadScene] = &[
     },
     BadScene {
         name: "transform beyond the range of numbers",
-        spoil: |glb| glb.json["nodes"][0]["translation"] = json!([1e39, 0, 0]),
-        message: "transform",
+        spoil: |glb| {
+            let scale = [1e30, 1e30, 1e30];
+            glb.json["nodes"] = json!([{"scale": scale, "children": [1]}, {"scale": scale, "mesh": 0}]);
+        },
+        message: "the transform of nodes[1] is not finite",
     },
     BadScene {
         name: "index out of range",
