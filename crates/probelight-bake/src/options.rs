@@ -31,7 +31,7 @@ pub struct BakeOptions {
     /// Most singular values per cluster. Default 32 (\[SED\] §3.3).
     pub max_rank: Option<u32>,
     /// Relative error of a cluster's truncated matrix: singular values are kept until it is reached, and
-    /// clusters large enough for two are split. Default 0.025: what is lost then is mostly the noise of the
+    /// clusters large enough for two are split. Default 0.03: what is lost then is mostly the noise of the
     /// gather rays.
     pub max_cluster_error: Option<f32>,
     /// Most probes a cluster draws on; up to twice as many where more than a few of its rays end at places that
@@ -131,7 +131,7 @@ impl BakeOptions {
                 "16 to 4096",
             )?,
             max_rank: within("the rank", self.max_rank, 32, 1..=256, "1 to 256")?,
-            max_cluster_error: max_error.unwrap_or(0.025),
+            max_cluster_error: max_error.unwrap_or(0.03),
             seed: self.seed.unwrap_or(0),
         };
         let (receiver_target, target_is_limit) = match (texel_density, self.receivers) {
