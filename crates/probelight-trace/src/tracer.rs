@@ -23,6 +23,12 @@ impl Ray {
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction, max_distance: f32::INFINITY }
     }
+
+    /// Whether start and direction are numbers; rays that have none hit nothing, and would not end.
+    #[inline]
+    fn is_finite(&self) -> bool {
+        (self.origin + self.direction).is_finite()
+    }
 }
 
 /// The nearest surface along a ray.
@@ -84,6 +90,9 @@ impl Tracer {
     /// The nearest hit along the ray, or `None` if it leaves the scene.
     #[inline]
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        if !ray.is_finite() {
+            return None;
+        }
         let query = Query::new(ray.origin, ray.direction, ray.max_distance);
         let nearest = self.bvh.closest_hit(&query, |triangle, at| self.is_solid(triangle, at))?;
         let normal = self.normals[nearest.triangle as usize];
@@ -101,7 +110,7 @@ impl Tracer {
     #[inline]
     pub fn is_occluded(&self, ray: &Ray) -> bool {
         let query = Query::new(ray.origin, ray.direction, ray.max_distance);
-        self.bvh.is_occluded(&query, |triangle, at| self.is_solid(triangle, at))
+        ray.is_finite() && self.bvh.is_occluded(&query, |triangle, at| self.is_solid(triangle, at))
     }
 
     /// Whether the straight line between two points is free. Both ends should already be off their

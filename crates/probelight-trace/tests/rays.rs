@@ -241,3 +241,16 @@ fn add_grid(scene: &mut Scene, corner: Vec3, edge_u: Vec3, edge_v: Vec3, steps: 
         }
     }
 }
+
+#[test]
+fn rays_without_numbers_hit_nothing_and_end() {
+    let tracer = Tracer::new(Arc::new(closed_box(Vec3::ONE, Material::default())));
+    for ray in [
+        Ray::new(Vec3::NAN, Vec3::Y),
+        Ray::new(Vec3::ZERO, Vec3::new(0.0, f32::NAN, 1.0)),
+        Ray::new(Vec3::INFINITY, Vec3::Y),
+    ] {
+        assert_eq!(tracer.closest_hit(&ray), None);
+        assert!(!tracer.is_occluded(&ray));
+    }
+}
