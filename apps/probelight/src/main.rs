@@ -37,7 +37,7 @@ fn main() -> ExitCode {
         }
         Err(error) => {
             console.clear_progress();
-            report(&format!("error: {error:#}"));
+            report(&format!("error: {}", sentence_of(&error)));
             ExitCode::FAILURE
         }
     }
@@ -57,7 +57,31 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
     causes.any(|cause| cause.kind() == std::io::ErrorKind::BrokenPipe)
 }
 
+/// The error and its causes in one line. Libraries' messages may already quote their cause; it is not said twice.
+fn sentence_of(error: &anyhow::Error) -> String {
+    error.chain().map(ToString::to_string).fold(String::new(), |said, cause| {
+        if said.is_empty() {
+            cause
+        } else if said.contains(&cause) {
+            said
+        } else {
+            format!("{said}: {cause}")
+        }
+    })
+}
+
 /// Prints the last line of a failed run; if even that fails, the exit code still tells.
 fn report(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn causes_are_said_once() {
+        let error = anyhow::anyhow!("disk full").context("cannot write x: disk full").context("bake failed");
+        assert_eq!(sentence_of(&error), "bake failed: cannot write x: disk full");
+    }
 }

@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 use crate::partition::KdRule;
 use crate::receivers::Receiver;
 
-/// Expected strength of the coefficients of band l relative to band 0: radiance in rooms falls off about
-/// so (measured on random lights in a Cornell box; see docs/method.md).
+/// Expected strength of the coefficients of band l relative to band 0: a prior, not a measurement of the scene
+/// at hand. Radiance with edges falls off about so.
 fn band_strength(l: usize) -> f32 {
     (1.0 + l as f32).powf(-1.5)
 }
