@@ -28,7 +28,7 @@ pub(crate) fn assign_outlooks(
 ) {
     let spaces = connect_probes(tracer, probes, relight_points);
     receivers.par_iter_mut().for_each(|receiver| {
-        let origin = receiver.position + receiver.normal * tracer.offset();
+        let origin = receiver.ray_origin(tracer);
         receiver.outlook = probes
             .nearest(origin, PROBES_TRIED)
             .into_iter()

@@ -31,7 +31,7 @@ pub(crate) fn gather_hits(
     seed: u64,
 ) -> impl Iterator<Item = GatherHit> {
     let world_from_local = world_from_tangent(receiver.normal);
-    let origin = receiver.position + receiver.normal * tracer.offset();
+    let origin = receiver.ray_origin(tracer);
     let sequence = hash_pair(receiver.texel, seed as u32 ^ (seed >> 32) as u32);
     (0..count).map(move |ray| {
         let direction = world_from_local * cosine_hemisphere_from_square(sobol_owen(ray, sequence));

@@ -79,7 +79,7 @@ fn find_candidates(tracer: &Tracer, probes: &PointGrid, receivers: &[Receiver], 
         group.iter().filter_map(|r| Some(receivers[*r as usize].outlook?.probe)).collect();
     for receiver in group.iter().step_by(group.len().div_ceil(SCOUTS)) {
         let receiver = &receivers[*receiver as usize];
-        let origin = receiver.position + receiver.normal * tracer.offset();
+        let origin = receiver.ray_origin(tracer);
         let seen = probes
             .nearest(origin, PROBES_TRIED_PER_SCOUT)
             .into_iter()

@@ -117,7 +117,7 @@ fn cover_receivers(tracer: &Tracer, spacing: f32, receivers: &[Receiver], probes
         if sees_a_probe(tracer, receiver, probes) {
             continue;
         }
-        let origin = receiver.position + receiver.normal * tracer.offset();
+        let origin = receiver.ray_origin(tracer);
         let ray = Ray { max_distance: spacing, ..Ray::new(origin, receiver.normal) };
         let free = tracer.closest_hit(&ray).map_or(spacing, |hit| hit.distance);
         probes.insert(origin + receiver.normal * (0.5 * free));
@@ -125,7 +125,7 @@ fn cover_receivers(tracer: &Tracer, spacing: f32, receivers: &[Receiver], probes
 }
 
 fn sees_a_probe(tracer: &Tracer, receiver: &Receiver, probes: &PointGrid) -> bool {
-    let origin = receiver.position + receiver.normal * tracer.offset();
+    let origin = receiver.ray_origin(tracer);
     probes
         .nearest(origin, PROBES_TRIED_PER_RECEIVER)
         .into_iter()

@@ -29,6 +29,13 @@ pub(crate) struct Receiver {
     pub(crate) outlook: Option<Outlook>,
 }
 
+impl Receiver {
+    /// Where rays from the receiver start: its sample point, moved off the surface.
+    pub(crate) fn ray_origin(&self, tracer: &Tracer) -> Vec3 {
+        self.position + self.normal * tracer.offset()
+    }
+}
+
 /// From where a receiver's surroundings are measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Outlook {
@@ -223,7 +230,7 @@ fn receiver_at(tracer: &Tracer, atlas: &Atlas, texel: u32, face: u32, point: Vec
 /// Whether a place sees so many unlit sides that it must lie inside a solid.
 fn is_inside_solid(tracer: &Tracer, lit_sides: &LitSides, receiver: &Receiver) -> bool {
     let world_from_local = world_from_tangent(receiver.normal);
-    let origin = receiver.position + receiver.normal * tracer.offset();
+    let origin = receiver.ray_origin(tracer);
     let unlit = (0..VALIDITY_RAYS)
         .filter(|ray| {
             let u = sobol_owen(*ray, hash_pair(receiver.texel, 5));
