@@ -6,7 +6,7 @@
 //! voxels of the scene that do not look like the inside of a solid.
 //!
 //! - A front face, or either face of a double-sided material, is lit if it is in sight of open air, at once
-//!   or by way of a surface point that is.
+//!   or by way of a surface point that is, or in sight of an emissive face (the inside of a lamp's housing).
 //! - The back face of a single-sided material is lit if a lit place sees it (a house modelled as single
 //!   sheets, seen from the street); that nobody sees it from the front is the usual case.
 
@@ -32,8 +32,8 @@ const MAX_BACK_SHARE: f32 = 0.25;
 /// Places in open air tried for sight of a point, nearest first.
 const PLACES_TRIED: usize = 12;
 
-/// Points on a side, rays from each, and how many of all these rays must reach the sky or points in sight
-/// of open air.
+/// Points on a side, rays from each, and how many of all these rays must reach the sky, emissive faces or
+/// points in sight of open air.
 const POINTS: u32 = 4;
 const RAYS_PER_POINT: u32 = 24;
 const FEWEST_LIT_RAYS: u32 = 3;
@@ -152,7 +152,11 @@ impl<'a> OpenAir<'a> {
         near.into_iter().any(|p| self.tracer.is_visible(point, self.places.positions[p as usize]))
     }
 
-    /// Whether a side is in sight of open air, or of enough surface points that are.
+    fn is_emissive(&self, hit: &Hit) -> bool {
+        !hit.is_back_face && self.tracer.scene().material(hit.triangle as usize).emission != Vec3::ZERO
+    }
+
+    /// Whether a side is in sight of open air, or of enough surface points that shine or are.
     fn reaches(&self, triangle: usize, is_back: bool) -> bool {
         let front_normal = self.tracer.front_normal(triangle as u32);
         let normal = if is_back { -front_normal } else { front_normal };
@@ -173,7 +177,8 @@ impl<'a> OpenAir<'a> {
                 let u = sobol_owen(ray, hash_pair(triangle as u32, 41 + point as u32));
                 let ray = Ray::new(origin, world_from_local * cosine_hemisphere_from_square(u));
                 let is_lit = self.tracer.closest_hit(&ray).is_none_or(|hit| {
-                    self.sees(ray.origin + ray.direction * hit.distance + hit.normal * self.tracer.offset())
+                    let end = ray.origin + ray.direction * hit.distance + hit.normal * self.tracer.offset();
+                    self.is_emissive(&hit) || self.sees(end)
                 });
                 lit_rays += u32::from(is_lit);
                 if lit_rays >= FEWEST_LIT_RAYS {
