@@ -5,11 +5,12 @@
 //! descending, its receivers coarsest lightmap level first.
 
 use bytemuck::{Pod, Zeroable};
-use half::f16;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_math::sh::coefficient_count;
 use probelight_scene::{Bounds, Scene};
 use serde::{Deserialize, Serialize};
+
+use crate::packed::Ranks;
 
 /// Stands for "no such index".
 pub const NONE: u32 = u32::MAX;
@@ -27,35 +28,63 @@ pub struct BakedScene {
     pub report: BakeReport,
     /// Where each triangle's light lies.
     pub lightmap: LightmapLayout,
+    /// Points whose light is evaluated, surfel by surfel.
+    pub light_samples: Vec<LightSample>,
+    /// Patches of surface: the only places where light is evaluated.
+    pub surfels: Vec<Surfel>,
+    /// Larger patches, each made of two smaller ones that come before it; see [`SurfelGroup`].
+    pub surfel_groups: Vec<SurfelGroup>,
+    /// Emissive surfaces with signals of their own. The surfels on their materials do not shine themselves.
+    pub emitters: Vec<Emitter>,
     /// Places where radiance is measured.
     pub probes: Vec<Probe>,
     /// Unit directions of the relight rays, the same for all probes; every prefix is well distributed.
     pub relight_directions: Vec<Vec3>,
-    /// What each relight ray hits: `probes.len() × relight_directions.len()`, a probe's rays in a row.
-    pub relight_points: Vec<RelightPoint>,
+    /// The surfel that each relight ray meets, or [`NONE`] for the sky:
+    /// `probes.len() × relight_directions.len()`, a probe's rays in a row.
+    pub relight_surfels: Vec<u32>,
     /// Groups of receivers that share one compressed transport matrix.
     pub clusters: Vec<Cluster>,
+    /// The clusters' scalar signals, see [`BakedScene::scalar_signals`] and [`Cluster::first_signal`].
+    pub cluster_signals: Vec<u32>,
     /// The clusters' probes, indices into `probes`; see [`Cluster::first_probe`].
     pub cluster_probes: Vec<u32>,
     /// Lightmap texel of each receiver, cluster by cluster, coarsest lightmap level first.
     pub receiver_texels: Vec<u32>,
-    /// All U matrices: per cluster `rank` columns of `receiver_count` values (column-major).
-    pub receiver_basis: Vec<f16>,
-    /// All ΣVᵀ matrices: per cluster `rank` rows of `probe_count · coefficients` values (row-major).
-    pub signal_basis: Vec<f16>,
-    /// One factor per row of ΣVᵀ (cluster by cluster, `rank` each), so that f16 holds its values well.
+    /// All U matrices, packed: per cluster one column of `receiver_count` values for each singular value.
+    pub receiver_basis: Vec<u32>,
+    /// All ΣVᵀ matrices, packed: per cluster one row of [`BakedScene::column_count`] values for each singular
+    /// value.
+    pub signal_basis: Vec<u32>,
+    /// One factor per row of ΣVᵀ (cluster by cluster, one for each singular value).
     pub row_scales: Vec<f32>,
+    /// One factor per column of ΣVᵀ, as the exponent e of 2^(−e/8); cluster by cluster.
+    pub column_exponents: Vec<u8>,
 }
 
 /// Parameters of a bake. Lengths are metres.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BakeSettings {
+    /// What the clusters' signals are.
+    pub method: Method,
+    /// What the matrices are compressed for.
+    pub metric: Metric,
+    /// How the matrices are stored.
+    pub storage: Storage,
     /// Lightmap texels per metre.
     pub texels_per_meter: f32,
     /// Mean distance between neighbouring probes.
     pub probe_spacing: f32,
     /// Highest spherical-harmonics band of the probes.
     pub sh_degree: u32,
+    /// Highest spherical-harmonics band of the sky's own signals; without them probes see the sky.
+    pub sky_degree: Option<u32>,
+    /// Width of the surfels.
+    pub surfel_size: f32,
+    /// Most light samples per surfel.
+    pub samples_per_surfel: u32,
+    /// Distance from a receiver up to which it takes light from surfels, not from probes; without it, all.
+    pub near_radius: Option<f32>,
     /// Gather rays per receiver.
     pub gather_rays: u32,
     /// Relight rays per probe.
@@ -66,10 +95,45 @@ pub struct BakeSettings {
     pub receivers_per_cluster: u32,
     /// Most singular values kept per cluster.
     pub max_rank: u32,
-    /// Relative error of a cluster's truncated matrix above which it is split.
+    /// Relative error of a cluster's compressed transport that the bake aims at.
     pub max_cluster_error: f32,
     /// Seed of all random numbers.
     pub seed: u64,
+}
+
+/// What the clusters' signals are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Probes alone, as published (\[SED\]).
+    Paper,
+    /// Surfels, emitters and the sky, with probes for what is far away.
+    #[default]
+    Hybrid,
+}
+
+/// In which sense a compressed matrix is near to the full one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Metric {
+    /// All signals count the same (\[SED\]).
+    Plain,
+    /// High bands of the probes count less.
+    Band,
+    /// The light counts that random plausible lightings bring.
+    #[default]
+    Radiance,
+}
+
+/// How the matrices are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Storage {
+    /// Half floats.
+    F16,
+    /// Eight bits for the leading singular values, four for those that carry little.
+    #[default]
+    Packed,
 }
 
 /// Figures a bake reports.
@@ -156,27 +220,67 @@ pub struct Probe {
     pub support_radius: f32,
 }
 
-/// What a relight ray hits.
+/// A point whose light is evaluated each frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct RelightPoint {
-    /// World position, metres; unused for rays that reach the sky.
+pub struct LightSample {
+    /// World position on the surface, metres.
     pub position: Vec3,
-    /// Index of the triangle hit, or [`NONE`] for the sky.
+    /// Index of its triangle.
     pub triangle: u32,
-    /// Lightmap texel of the hit on the side that was hit, or [`NONE`] if that side has no light of its own.
+    /// Its lightmap texel on its side of the triangle, or [`NONE`] if that side has no light of its own.
     pub texel: u32,
-    /// Base colour texture at the hit without the material's factor (sRGB-encoded); the fourth byte is 1 if
-    /// the back face was hit, else 0.
+    /// Base colour texture without the material's factor (sRGB-encoded); the fourth byte is 1 on the back
+    /// face, else 0.
     pub base_color_and_side: [u8; 4],
-    /// Emissive texture at the hit without the material's factor (sRGB-encoded); the fourth byte is 0.
+    /// Emissive texture without the material's factor (sRGB-encoded); the fourth byte is 0.
     pub emission_texel: [u8; 4],
+}
+
+/// A patch of surface. Its radiance is the mean of its samples' outgoing radiance
+/// `Le + ρ/π · (E_direct + E_lightmap)`; Le is left out where an [`Emitter`] carries it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Surfel {
+    /// First of its samples (index into `light_samples`); surfels divide the samples among them in order.
+    pub first_sample: u32,
+    /// Number of samples, at least one.
+    pub sample_count: u32,
+}
+
+/// A patch made of two smaller ones: its radiance is `w · first + (1 − w) · second`.
+///
+/// Surfels and groups share one numbering: surfel s is s, group g is `surfels.len() + g`. Children have
+/// smaller numbers than their group.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SurfelGroup {
+    /// The two patches.
+    pub children: [u32; 2],
+    /// Share w of the first in the area, 0 to 1.
+    pub first_weight: f32,
+}
+
+/// An emissive surface, or a part of one. Its signal is its mean emitted radiance: the material's present
+/// emission times `mean_texel`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Emitter {
+    /// Index of its material.
+    pub material: u32,
+    /// Mean of the emissive texture, linear RGB.
+    pub mean_texel: Vec3,
 }
 
 /// Receivers that share a compressed transport matrix A ≈ U·(ΣVᵀ) (\[SED\] eq. 6).
 ///
-/// A's input is a list of signals. Today all are probe coefficients: column `P·l² + p·(2l+1) + (l+m)` is
-/// coefficient (l, m) of the cluster's p-th of P probes, so that fewer bands are fewer leading columns.
+/// A's input is a list of signals. Its first `signal_count` columns are scalar signals
+/// ([`BakedScene::scalar_signals`]); then come the coefficients of the cluster's P probes: column
+/// `signal_count + P·l² + p·(2l+1) + (l+m)` is coefficient (l, m) of the p-th, so that fewer bands are fewer
+/// leading columns.
+///
+/// Value (k, c) of ΣVᵀ is `row_scale[k] · 2^(−column_exponent[c]/8) · v` with v as stored; U's values are as
+/// stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cluster {
     /// Box around the receivers, metres.
@@ -185,23 +289,57 @@ pub struct Cluster {
     pub first_receiver: u32,
     /// Number of receivers.
     pub receiver_count: u32,
+    /// First scalar signal (index into `cluster_signals`).
+    pub first_signal: u32,
+    /// Number of scalar signals.
+    pub signal_count: u32,
     /// First probe (index into `cluster_probes`).
     pub first_probe: u32,
     /// Number of probes.
     pub probe_count: u32,
-    /// Number of singular values kept.
-    pub rank: u32,
-    /// Offset of U in `receiver_basis`.
+    /// How many singular values are kept, and with which precision.
+    pub ranks: Ranks,
+    /// Offset of U in `receiver_basis`, words.
     pub receiver_basis_offset: u64,
-    /// Offset of ΣVᵀ in `signal_basis`.
+    /// Offset of ΣVᵀ in `signal_basis`, words.
     pub signal_basis_offset: u64,
     /// Offset of the row scales in `row_scales`.
     pub row_scale_offset: u32,
-    /// Relative error of the truncated matrix.
+    /// Offset of the column exponents in `column_exponents`.
+    pub column_exponent_offset: u64,
+    /// Relative error of the compressed matrix in the bake's metric.
     pub error: f32,
 }
 
+impl Cluster {
+    /// Words of U.
+    pub fn receiver_basis_words(&self) -> u64 {
+        self.ranks.words(u64::from(self.receiver_count))
+    }
+}
+
 impl BakedScene {
+    /// Number of scalar signals. In order: the radiance of each surfel, of each surfel group, of each emitter,
+    /// and the sky's coefficients (if it has [signals of its own](BakeSettings::sky_degree)).
+    pub fn scalar_signals(&self) -> usize {
+        self.first_sky_signal() + self.sky_coefficients()
+    }
+
+    /// Number of the first emitter's signal.
+    pub fn first_emitter_signal(&self) -> usize {
+        self.surfels.len() + self.surfel_groups.len()
+    }
+
+    /// Number of the sky's first signal.
+    pub fn first_sky_signal(&self) -> usize {
+        self.first_emitter_signal() + self.emitters.len()
+    }
+
+    /// Number of the sky's own signals.
+    pub fn sky_coefficients(&self) -> usize {
+        self.settings.sky_degree.map_or(0, |degree| coefficient_count(degree as usize))
+    }
+
     /// Number of spherical-harmonics coefficients per probe.
     pub fn coefficients(&self) -> usize {
         coefficient_count(self.settings.sh_degree as usize)
@@ -209,7 +347,7 @@ impl BakedScene {
 
     /// Number of columns of a cluster's ΣVᵀ.
     pub fn column_count(&self, cluster: &Cluster) -> usize {
-        cluster.probe_count as usize * self.coefficients()
+        cluster.signal_count as usize + cluster.probe_count as usize * self.coefficients()
     }
 
     /// Bytes of the transport matrices and their metadata (what a frame reads to gather light), per
@@ -218,6 +356,8 @@ impl BakedScene {
         let bytes = size_of_val(&self.receiver_basis[..])
             + size_of_val(&self.signal_basis[..])
             + size_of_val(&self.row_scales[..])
+            + size_of_val(&self.column_exponents[..])
+            + size_of_val(&self.cluster_signals[..])
             + size_of_val(&self.cluster_probes[..])
             + size_of_val(&self.receiver_texels[..])
             + size_of_val(&self.clusters[..]);

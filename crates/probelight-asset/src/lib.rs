@@ -34,6 +34,7 @@ mod description;
 mod error;
 mod info;
 mod layout;
+pub mod packed;
 mod read;
 #[cfg(test)]
 mod tests;
@@ -43,7 +44,8 @@ mod write;
 
 pub use atomic_file::write_atomically;
 pub use baked_scene::{
-    BakeReport, BakeSettings, BakedScene, Cluster, LightmapFace, LightmapLayout, NONE, Probe, RelightPoint,
+    BakeReport, BakeSettings, BakedScene, Cluster, Emitter, LightSample, LightmapFace, LightmapLayout, Method,
+    Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
 };
 pub use error::AssetError;
 pub use info::{BakedInfo, SectionInfo};
