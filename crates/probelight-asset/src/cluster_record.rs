@@ -5,8 +5,9 @@ use probelight_math::glam::Vec3;
 use probelight_scene::Bounds;
 
 use crate::Cluster;
+use crate::packed::Ranks;
 
-/// [`Cluster`] without implicit padding: 72 bytes, aligned to 8.
+/// [`Cluster`] without implicit padding: 96 bytes, aligned to 8.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct ClusterRecord {
@@ -14,18 +15,21 @@ pub(crate) struct ClusterRecord {
     bounds_max: Vec3,
     first_receiver: u32,
     receiver_count: u32,
+    first_signal: u32,
+    signal_count: u32,
     first_probe: u32,
     probe_count: u32,
-    rank: u32,
+    ranks: Ranks,
     row_scale_offset: u32,
     receiver_basis_offset: u64,
     signal_basis_offset: u64,
+    column_exponent_offset: u64,
     error: f32,
     /// Zero.
     reserved: u32,
 }
 
-const _: () = assert!(size_of::<ClusterRecord>() == 72, "the file format says so");
+const _: () = assert!(size_of::<ClusterRecord>() == 96, "the file format says so");
 
 impl From<&Cluster> for ClusterRecord {
     fn from(cluster: &Cluster) -> Self {
@@ -34,12 +38,15 @@ impl From<&Cluster> for ClusterRecord {
             bounds_max: cluster.bounds.max,
             first_receiver: cluster.first_receiver,
             receiver_count: cluster.receiver_count,
+            first_signal: cluster.first_signal,
+            signal_count: cluster.signal_count,
             first_probe: cluster.first_probe,
             probe_count: cluster.probe_count,
-            rank: cluster.rank,
+            ranks: cluster.ranks,
             row_scale_offset: cluster.row_scale_offset,
             receiver_basis_offset: cluster.receiver_basis_offset,
             signal_basis_offset: cluster.signal_basis_offset,
+            column_exponent_offset: cluster.column_exponent_offset,
             error: cluster.error,
             reserved: 0,
         }
@@ -52,12 +59,15 @@ impl From<&ClusterRecord> for Cluster {
             bounds: Bounds { min: record.bounds_min, max: record.bounds_max },
             first_receiver: record.first_receiver,
             receiver_count: record.receiver_count,
+            first_signal: record.first_signal,
+            signal_count: record.signal_count,
             first_probe: record.first_probe,
             probe_count: record.probe_count,
-            rank: record.rank,
+            ranks: record.ranks,
             receiver_basis_offset: record.receiver_basis_offset,
             signal_basis_offset: record.signal_basis_offset,
             row_scale_offset: record.row_scale_offset,
+            column_exponent_offset: record.column_exponent_offset,
             error: record.error,
         }
     }

@@ -8,7 +8,9 @@ use crate::cluster_record::ClusterRecord;
 use crate::description::InfoSection;
 use crate::layout::{FORMAT_VERSION, SectionEntry, Tag, tag, tag_name};
 use crate::read::{SectionReader, open};
-use crate::{AssetError, BakeReport, BakeSettings, BakedScene, Probe};
+use crate::{
+    AssetError, BakeReport, BakeSettings, BakedScene, Emitter, LightSample, Probe, Surfel, SurfelGroup,
+};
 
 /// Summary of a baked file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,6 +31,14 @@ pub struct BakedInfo {
     pub lightmap_pages: u32,
     /// Number of receivers.
     pub receivers: u64,
+    /// Number of light samples.
+    pub light_samples: u64,
+    /// Number of surfels.
+    pub surfels: u64,
+    /// Number of surfel groups.
+    pub surfel_groups: u64,
+    /// Number of emitters.
+    pub emitters: u64,
     /// Number of probes.
     pub probes: u64,
     /// Number of clusters.
@@ -79,6 +89,8 @@ impl BakedInfo {
             tag::RECEIVER_BASIS,
             tag::SIGNAL_BASIS,
             tag::ROW_SCALES,
+            tag::COLUMN_EXPONENTS,
+            tag::CLUSTER_SIGNALS,
             tag::CLUSTER_PROBES,
             tag::RECEIVER_TEXELS,
             tag::CLUSTERS,
@@ -92,6 +104,10 @@ impl BakedInfo {
             lightmap_height: info.lightmap_height,
             lightmap_pages: info.lightmap_pages,
             receivers,
+            light_samples: count(tag::LIGHT_SAMPLES, size_of::<LightSample>()),
+            surfels: count(tag::SURFELS, size_of::<Surfel>()),
+            surfel_groups: count(tag::SURFEL_GROUPS, size_of::<SurfelGroup>()),
+            emitters: count(tag::EMITTERS, size_of::<Emitter>()),
             probes: count(tag::PROBES, size_of::<Probe>()),
             clusters: count(tag::CLUSTERS, size_of::<ClusterRecord>()),
             matrix_bytes_per_receiver: matrices.map(bytes).iter().sum::<u64>() as f64

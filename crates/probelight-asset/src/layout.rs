@@ -12,7 +12,7 @@ compile_error!("baked files are little-endian arrays that are read without conve
 const MAGIC: [u8; 8] = *b"\x89PLIGHT\n";
 
 /// Version of the format that this crate writes and reads.
-pub(crate) const FORMAT_VERSION: u32 = 1;
+pub(crate) const FORMAT_VERSION: u32 = 2;
 
 /// Sections start at multiples of this, so that a mapped file's arrays are aligned for vector registers and
 /// cache lines.
@@ -21,7 +21,7 @@ pub(crate) const ALIGNMENT: u64 = 64;
 /// Name of a section in the table: ASCII, padded with zeros.
 pub(crate) type Tag = [u8; 8];
 
-/// The sections of format version 1. A file holds each of them once, in the order of [`tag::ALL`].
+/// The sections of format version 2. A file holds each of them once, in the order of [`tag::ALL`].
 pub(crate) mod tag {
     use super::Tag;
 
@@ -60,24 +60,36 @@ pub(crate) mod tag {
         BACK_FACES = b"backface";
         /// `[u32; 2]` a dilated texel.
         DILATION = b"dilation";
+        /// 28 bytes a light sample.
+        LIGHT_SAMPLES = b"litsampl";
+        /// `[u32; 2]` a surfel.
+        SURFELS = b"surfels\0";
+        /// Two `u32` and an `f32` a group.
+        SURFEL_GROUPS = b"surfgrou";
+        /// A `u32` and three `f32` an emitter.
+        EMITTERS = b"emitters";
         /// `[f32; 4]` a probe.
         PROBES = b"probes\0\0";
         /// `[f32; 3]` a relight ray.
         RELIGHT_DIRECTIONS = b"raydirec";
-        /// 28 bytes a relight ray of a probe.
-        RELIGHT_POINTS = b"raypoint";
-        /// 72 bytes a cluster.
+        /// `u32` a relight ray of a probe.
+        RELIGHT_SURFELS = b"raysurfe";
+        /// 96 bytes a cluster.
         CLUSTERS = b"clusters";
+        /// `u32` a scalar signal of a cluster.
+        CLUSTER_SIGNALS = b"clusigna";
         /// `u32` a probe of a cluster.
         CLUSTER_PROBES = b"cluprobe";
         /// `u32` a receiver.
         RECEIVER_TEXELS = b"texels\0\0";
-        /// `f16` a value of U.
+        /// `u32` a word of packed values of U.
         RECEIVER_BASIS = b"basis-u\0";
-        /// `f16` a value of ΣVᵀ.
+        /// `u32` a word of packed values of ΣVᵀ.
         SIGNAL_BASIS = b"basis-sv";
         /// `f32` a row of ΣVᵀ.
         ROW_SCALES = b"rowscale";
+        /// `u8` a column of ΣVᵀ.
+        COLUMN_EXPONENTS = b"colexpon";
     }
 }
 

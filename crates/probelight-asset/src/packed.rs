@@ -114,7 +114,9 @@ impl Ranks {
         let (f16, snorm8) = (self.f16 as usize, self.snorm8 as usize);
         let (a, b) = (min(k, f16), min(k.saturating_sub(f16), snorm8));
         let c = k.saturating_sub(f16 + snorm8);
-        a * Precision::F16.words(count) + b * Precision::Snorm8.words(count) + c * Precision::Snorm4.words(count)
+        a * Precision::F16.words(count)
+            + b * Precision::Snorm8.words(count)
+            + c * Precision::Snorm4.words(count)
     }
 }
 

@@ -55,15 +55,21 @@ impl BakedScene {
                 back_faces: sections.array(tag::BACK_FACES)?,
                 dilation: sections.array(tag::DILATION)?,
             },
+            light_samples: sections.array(tag::LIGHT_SAMPLES)?,
+            surfels: sections.array(tag::SURFELS)?,
+            surfel_groups: sections.array(tag::SURFEL_GROUPS)?,
+            emitters: sections.array(tag::EMITTERS)?,
             probes: sections.array(tag::PROBES)?,
             relight_directions: sections.array(tag::RELIGHT_DIRECTIONS)?,
-            relight_points: sections.array(tag::RELIGHT_POINTS)?,
+            relight_surfels: sections.array(tag::RELIGHT_SURFELS)?,
             clusters: sections.array::<ClusterRecord>(tag::CLUSTERS)?.iter().map(Cluster::from).collect(),
+            cluster_signals: sections.array(tag::CLUSTER_SIGNALS)?,
             cluster_probes: sections.array(tag::CLUSTER_PROBES)?,
             receiver_texels: sections.array(tag::RECEIVER_TEXELS)?,
             receiver_basis: sections.array(tag::RECEIVER_BASIS)?,
             signal_basis: sections.array(tag::SIGNAL_BASIS)?,
             row_scales: sections.array(tag::ROW_SCALES)?,
+            column_exponents: sections.array(tag::COLUMN_EXPONENTS)?,
         };
         baked.validate().map_err(|error| DecodeError::Format(error.to_string()))?;
         Ok(baked)

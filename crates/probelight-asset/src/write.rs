@@ -62,15 +62,21 @@ impl BakedScene {
             (tag::FACES, cast_slice(&self.lightmap.faces).into()),
             (tag::BACK_FACES, cast_slice(&self.lightmap.back_faces).into()),
             (tag::DILATION, cast_slice(&self.lightmap.dilation).into()),
+            (tag::LIGHT_SAMPLES, cast_slice(&self.light_samples).into()),
+            (tag::SURFELS, cast_slice(&self.surfels).into()),
+            (tag::SURFEL_GROUPS, cast_slice(&self.surfel_groups).into()),
+            (tag::EMITTERS, cast_slice(&self.emitters).into()),
             (tag::PROBES, cast_slice(&self.probes).into()),
             (tag::RELIGHT_DIRECTIONS, cast_slice(&self.relight_directions).into()),
-            (tag::RELIGHT_POINTS, cast_slice(&self.relight_points).into()),
+            (tag::RELIGHT_SURFELS, cast_slice(&self.relight_surfels).into()),
             (tag::CLUSTERS, cast_slice::<_, u8>(&clusters).to_vec().into()),
+            (tag::CLUSTER_SIGNALS, cast_slice(&self.cluster_signals).into()),
             (tag::CLUSTER_PROBES, cast_slice(&self.cluster_probes).into()),
             (tag::RECEIVER_TEXELS, cast_slice(&self.receiver_texels).into()),
             (tag::RECEIVER_BASIS, cast_slice(&self.receiver_basis).into()),
             (tag::SIGNAL_BASIS, cast_slice(&self.signal_basis).into()),
             (tag::ROW_SCALES, cast_slice(&self.row_scales).into()),
+            (tag::COLUMN_EXPONENTS, self.column_exponents[..].into()),
         ])
     }
 }

@@ -1,0 +1,119 @@
+//! What the runtime may rely on without looking: every index in range, every number finite, every matrix as
+//! large as its cluster says.
+
+use probelight_math::glam::Vec3;
+use probelight_scene::{AlphaMode, Light, Material};
+
+use crate::{AssetError, BakeReport, BakedScene};
+
+/// Highest spherical-harmonics band a file may ask for; recurrences in f32 are accurate far beyond the 7 of
+/// the paper, and tables stay small.
+const MAX_SH_DEGREE: u32 = 32;
+
+/// Highest band of the sky's own signals: 81 signals that clusters may list.
+const MAX_SKY_DEGREE: u32 = 8;
+
+/// `Err` with a formatted reason unless the condition holds (NaN in a comparison does not hold).
+macro_rules! ensure {
+    ($condition:expr, $($reason:tt)+) => {
+        if $condition {} else {
+            return Err(format!($($reason)+));
+        }
+    };
+}
+
+mod clusters;
+mod light;
+mod lightmap;
+
+impl BakedScene {
+    /// Checks every promise that the runtime relies on: matching lengths, indices in range, finite numbers,
+    /// surfels and clusters that lie one after the other, a lightmap whose size fits its use.
+    ///
+    /// # Errors
+    /// [`AssetError::Invalid`], naming the first thing that is wrong.
+    pub fn validate(&self) -> Result<(), AssetError> {
+        self.scene.validate().map_err(|error| AssetError::Invalid { reason: error.to_string() })?;
+        self.check_scene_numbers()
+            .and_then(|()| self.check_settings())
+            .and_then(|()| self.check_lightmap())
+            .and_then(|()| self.check_texels())
+            .and_then(|()| self.check_light_samples())
+            .and_then(|()| self.check_surfels())
+            .and_then(|()| self.check_emitters())
+            .and_then(|()| self.check_probes())
+            .and_then(|()| self.check_relight_rays())
+            .and_then(|()| self.check_clusters())
+            .and_then(|()| self.check_matrices())
+            .map_err(|reason| AssetError::Invalid { reason })
+    }
+
+    /// The scene's numbers that [`probelight_scene::Scene::validate`] leaves alone.
+    fn check_scene_numbers(&self) -> Result<(), String> {
+        for (m, material) in self.scene.materials.iter().enumerate() {
+            ensure!(material_is_finite(material), "material {m} has a factor that is not finite");
+        }
+        for (l, light) in self.scene.lights.iter().enumerate() {
+            ensure!(light_is_finite(light), "light {l} has a number that is not finite");
+        }
+        for (c, camera) in self.scene.cameras.iter().enumerate() {
+            let finite = [camera.position, camera.target, camera.up].iter().all(|v| v.is_finite());
+            ensure!(finite && camera.vertical_fov.is_finite(), "camera {c} has a number that is not finite");
+        }
+        Ok(())
+    }
+
+    fn check_settings(&self) -> Result<(), String> {
+        let BakeReport {
+            approximated_fraction,
+            uncovered_fraction,
+            mean_cluster_error,
+            max_cluster_error,
+            ..
+        } = &self.report;
+        let measured = [approximated_fraction, uncovered_fraction, mean_cluster_error, max_cluster_error];
+        ensure!(measured.iter().all(|v| v.is_finite()), "the report has a number that is not finite");
+        let settings = &self.settings;
+        let asked = [
+            settings.texels_per_meter,
+            settings.probe_spacing,
+            settings.surfel_size,
+            settings.near_radius.unwrap_or(0.0),
+            settings.max_cluster_error,
+        ];
+        ensure!(asked.iter().all(|v| v.is_finite()), "the settings have a number that is not finite");
+        ensure!(
+            settings.sh_degree <= MAX_SH_DEGREE,
+            "spherical harmonics of degree {}, and {MAX_SH_DEGREE} is the highest",
+            settings.sh_degree
+        );
+        let sky_degree = settings.sky_degree.unwrap_or(0);
+        ensure!(
+            sky_degree <= MAX_SKY_DEGREE,
+            "sky signals of degree {sky_degree}, and {MAX_SKY_DEGREE} is the highest"
+        );
+        Ok(())
+    }
+}
+
+fn material_is_finite(material: &Material) -> bool {
+    let cutoff = match material.alpha_mode {
+        AlphaMode::Opaque => 0.0,
+        AlphaMode::Mask { cutoff } => cutoff,
+    };
+    let scalars = [material.metallic, material.roughness, material.normal_scale, cutoff];
+    material.base_color.is_finite()
+        && material.emission.is_finite()
+        && scalars.iter().all(|value| value.is_finite())
+}
+
+fn light_is_finite(light: &Light) -> bool {
+    let finite = |vectors: &[Vec3]| vectors.iter().all(|v| v.is_finite());
+    match light {
+        Light::Point { position, intensity } => finite(&[*position, *intensity]),
+        Light::Spot { position, direction, intensity, inner_angle, outer_angle } => {
+            finite(&[*position, *direction, *intensity]) && (inner_angle + outer_angle).is_finite()
+        }
+        Light::Directional { direction, irradiance } => finite(&[*direction, *irradiance]),
+    }
+}
