@@ -4,15 +4,14 @@
 //! Two spaces exchange no light, so no cluster may mix their receivers: truncation would leak light
 //! through the wall between them.
 
-use probelight_asset::{NONE, RelightPoint};
 use probelight_math::glam::Vec3;
-use probelight_trace::Tracer;
+use probelight_trace::{Hit, Tracer};
 use rayon::prelude::*;
 
 use crate::point_grid::PointGrid;
 use crate::receivers::{Outlook, Receiver};
 
-/// Neighbours tested per probe, and relight points tested per pair that does not see each other.
+/// Neighbours tested per probe, and ends of relight rays tested per pair that does not see each other.
 const NEIGHBOURS: usize = 16;
 const SHARED_POINTS: usize = 32;
 
@@ -23,10 +22,11 @@ const PROBES_TRIED: usize = 64;
 pub(crate) fn assign_outlooks(
     tracer: &Tracer,
     probes: &PointGrid,
-    relight_points: &[RelightPoint],
+    directions: &[Vec3],
+    relight_hits: &[Option<Hit>],
     receivers: &mut [Receiver],
 ) {
-    let spaces = connect_probes(tracer, probes, relight_points);
+    let spaces = connect_probes(tracer, probes, directions, relight_hits);
     receivers.par_iter_mut().for_each(|receiver| {
         let origin = receiver.ray_origin(tracer);
         receiver.outlook = probes
@@ -39,19 +39,26 @@ pub(crate) fn assign_outlooks(
 }
 
 /// The air space of each probe.
-fn connect_probes(tracer: &Tracer, probes: &PointGrid, relight_points: &[RelightPoint]) -> Vec<u32> {
-    let rays = relight_points.len() / probes.positions.len().max(1);
+fn connect_probes(
+    tracer: &Tracer,
+    probes: &PointGrid,
+    directions: &[Vec3],
+    relight_hits: &[Option<Hit>],
+) -> Vec<u32> {
     let links: Vec<Vec<u32>> = probes
         .positions
         .par_iter()
+        .zip(relight_hits.par_chunks(directions.len().max(1)))
         .enumerate()
-        .map(|(p, position)| {
-            let seen = &relight_points[p * rays..][..rays.min(SHARED_POINTS)];
+        .map(|(p, (position, hits))| {
+            let rays = directions.iter().zip(hits).take(SHARED_POINTS);
+            let seen: Vec<Vec3> =
+                rays.filter_map(|(d, hit)| Some(*position + *d * (*hit)?.distance)).collect();
             probes
                 .nearest(*position, NEIGHBOURS)
                 .into_iter()
                 .filter(|q| *q as usize != p)
-                .filter(|q| is_connected(tracer, *position, probes.positions[*q as usize], seen))
+                .filter(|q| is_connected(tracer, *position, probes.positions[*q as usize], &seen))
                 .collect()
         })
         .collect();
@@ -66,12 +73,12 @@ fn connect_probes(tracer: &Tracer, probes: &PointGrid, relight_points: &[Relight
 }
 
 /// Whether `to` sees `from` or one of the surface points that `from` sees.
-fn is_connected(tracer: &Tracer, from: Vec3, to: Vec3, seen: &[RelightPoint]) -> bool {
+fn is_connected(tracer: &Tracer, from: Vec3, to: Vec3, seen: &[Vec3]) -> bool {
     tracer.is_visible(from, to)
-        || seen.iter().filter(|point| point.triangle != NONE).any(|point| {
+        || seen.iter().any(|point| {
             // Slightly towards `from`, so that the surface itself is not in the way.
-            let towards = (from - point.position).normalize_or_zero();
-            tracer.is_visible(point.position + towards * (4.0 * tracer.offset()), to)
+            let towards = (from - point).normalize_or_zero();
+            tracer.is_visible(point + towards * (4.0 * tracer.offset()), to)
         })
 }
 

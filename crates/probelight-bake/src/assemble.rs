@@ -1,6 +1,6 @@
 //! Putting the finished groups together into a baked scene.
 
-use probelight_asset::{BakeReport, BakedScene, Cluster, LightmapLayout, Probe, RelightPoint};
+use probelight_asset::{BakeReport, BakedScene, Cluster, LightmapLayout, Probe};
 use probelight_math::glam::Vec3;
 
 use crate::atlas::Atlas;
@@ -8,6 +8,7 @@ use crate::checkpoint::FinishedGroup;
 use crate::compress::bounds_of;
 use crate::options::Resolved;
 use crate::receivers::Receivers;
+use crate::scene_light::SceneLight;
 
 /// All that the steps before have produced.
 pub(crate) struct BakeParts {
@@ -18,7 +19,7 @@ pub(crate) struct BakeParts {
     pub(crate) receivers: Receivers,
     pub(crate) probes: Vec<Vec3>,
     pub(crate) directions: Vec<Vec3>,
-    pub(crate) relight_points: Vec<RelightPoint>,
+    pub(crate) light: SceneLight,
 }
 
 /// Lines up the groups' clusters, in order, behind the shared arrays.
@@ -38,40 +39,72 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
             dilation: parts.receivers.dilation,
         },
         probes: parts.probes.iter().map(|p| Probe { position: *p, support_radius: 0.0 }).collect(),
+        light_samples: parts.light.surfels.light_samples,
+        surfels: parts.light.surfels.surfels,
+        surfel_groups: parts.light.surfels.groups,
+        emitters: parts.light.emitters.signals,
         relight_directions: parts.directions,
-        relight_points: parts.relight_points,
+        relight_surfels: parts.light.relight_surfels,
         scene: parts.scene,
         ..BakedScene::default()
     };
     let receivers = &parts.receivers.receivers;
+    let probe_numbers = keep_used_probes(&mut baked, &groups);
     for cluster in groups.iter().flat_map(|g| &g.clusters) {
         let bounds = bounds_of(receivers, &cluster.receivers);
         baked.clusters.push(Cluster {
             bounds,
             first_receiver: baked.receiver_texels.len() as u32,
             receiver_count: cluster.receivers.len() as u32,
+            first_signal: baked.cluster_signals.len() as u32,
+            signal_count: cluster.signals.len() as u32,
             first_probe: baked.cluster_probes.len() as u32,
             probe_count: cluster.probes.len() as u32,
-            rank: cluster.rank,
+            ranks: cluster.ranks,
             receiver_basis_offset: baked.receiver_basis.len() as u64,
             signal_basis_offset: baked.signal_basis.len() as u64,
             row_scale_offset: baked.row_scales.len() as u32,
+            column_exponent_offset: baked.column_exponents.len() as u64,
             error: cluster.error,
         });
         for p in &cluster.probes {
-            let probe = &mut baked.probes[*p as usize];
+            let probe = &mut baked.probes[probe_numbers[*p as usize] as usize];
             for receiver in &cluster.receivers {
                 let distance = receivers[*receiver as usize].position.distance(probe.position);
                 probe.support_radius = probe.support_radius.max(distance);
             }
         }
         baked.receiver_texels.extend(cluster.receivers.iter().map(|r| receivers[*r as usize].texel));
-        baked.cluster_probes.extend(&cluster.probes);
+        baked.cluster_signals.extend(&cluster.signals);
+        baked.cluster_probes.extend(cluster.probes.iter().map(|p| probe_numbers[*p as usize]));
         baked.receiver_basis.extend(&cluster.receiver_basis);
         baked.signal_basis.extend(&cluster.signal_basis);
         baked.row_scales.extend(&cluster.row_scales);
+        baked.column_exponents.extend(&cluster.column_exponents);
     }
     baked
+}
+
+/// Leaves out probes that no cluster draws on; returns the new number of each probe that stays.
+fn keep_used_probes(baked: &mut BakedScene, groups: &[FinishedGroup]) -> Vec<u32> {
+    let mut is_used = vec![false; baked.probes.len()];
+    for probe in groups.iter().flat_map(|g| &g.clusters).flat_map(|c| &c.probes) {
+        is_used[*probe as usize] = true;
+    }
+    let rays = baked.relight_directions.len();
+    let mut ray = 0;
+    baked.relight_surfels.retain(|_| {
+        ray += 1;
+        is_used[(ray - 1) / rays]
+    });
+    let mut probe = is_used.iter();
+    baked.probes.retain(|_| probe.next().is_some_and(|used| *used));
+    let mut kept = 0;
+    let number = |used: &bool| {
+        kept += u32::from(*used);
+        kept.saturating_sub(1)
+    };
+    is_used.iter().map(number).collect()
 }
 
 fn report(parts: &BakeParts, groups: &[FinishedGroup], rays: u64) -> BakeReport {

@@ -6,7 +6,7 @@
 use probelight_asset::{LightmapFace, NONE};
 use probelight_math::glam::Vec2;
 use probelight_scene::Scene;
-use probelight_trace::Progress;
+use probelight_trace::{Hit, Progress};
 use uvunwrap::{Density, MeshInput, Options, Packing};
 
 use crate::BakeError;
@@ -37,6 +37,19 @@ pub(crate) struct Atlas {
     pub(crate) face_charts: Vec<u32>,
     /// Per triangle its back face's index in `faces`, or [`NONE`].
     pub(crate) back_faces: Vec<u32>,
+}
+
+impl Atlas {
+    /// The lightmap texel at a hit, on the side that was hit; [`NONE`] if that side has no light of its own.
+    pub(crate) fn texel_of_hit(&self, hit: &Hit) -> u32 {
+        let face = if hit.is_back_face { self.back_faces[hit.triangle as usize] } else { hit.triangle };
+        if face == NONE || self.face_charts[face as usize] == NONE {
+            return NONE;
+        }
+        let position = self.faces[face as usize].position(hit.barycentric).max(Vec2::ZERO);
+        let (x, y) = ((position.x as u32).min(self.width - 1), (position.y as u32).min(self.height - 1));
+        y * self.width + x
+    }
 }
 
 /// Lays out the lit faces at `texels_per_meter`, parting charts at the `seams` (see [`crate::cut`]). Front faces

@@ -17,17 +17,16 @@ use crate::assemble::{BakeParts, assemble};
 use crate::checkpoint::{Checkpoint, FinishedGroup};
 use crate::compress::Compressor;
 use crate::cut::{CutScene, cut_along_walls};
-use crate::gather::{GatherHit, gather_hits};
+use crate::group_worker::GroupWorker;
 use crate::layout::fit_layout;
 use crate::options::Resolved;
 use crate::partition::KdRule;
 use crate::point_grid::PointGrid;
-use crate::probe_choice::choose_probes;
 use crate::probes::place_probes;
-use crate::receivers::{Receiver, place_receivers};
+use crate::receivers::place_receivers;
+use crate::scene_light::{SceneLight, SceneParts};
 use crate::relight::trace_relight_rays;
 use crate::sides::LitSides;
-use crate::transport::{Transport, TransportBuilder};
 use crate::{BakeError, BakeOptions};
 
 /// Bakes a valid scene ([`Scene::validate`]).
@@ -56,18 +55,28 @@ pub fn bake(
     let mut receivers = place_receivers(&tracer, &atlas, &lit_sides);
     let probes = place_probes(&tracer, &resolved, &lit_sides, &receivers.receivers, progress)?;
     let directions = progressive_sphere(resolved.settings.relight_rays as usize);
-    let relight_points = trace_relight_rays(&tracer, &atlas, &probes, &directions, progress)?;
+    let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
     let probe_set = PointGrid::of(&probes, resolved.settings.probe_spacing * 0.5);
-    assign_outlooks(&tracer, &probe_set, &relight_points, &mut receivers.receivers);
+    assign_outlooks(&tracer, &probe_set, &directions, &relight_hits, &mut receivers.receivers);
+    let light = SceneLight::prepare(
+        &SceneParts { tracer: &tracer, atlas: &atlas, receivers: &receivers, probes: &probes },
+        &directions,
+        &relight_hits,
+        &resolved.settings,
+        progress,
+    )?;
 
     let split_rule = split_rule(&resolved);
     let largest = resolved.settings.receivers_per_cluster as usize;
     let groups = split_rule.partition(&receivers.receivers, largest);
     let worker = GroupWorker {
         tracer: &tracer,
+        atlas: &atlas,
         basis: Basis::new(resolved.settings.sh_degree as usize),
+        sky_basis: Basis::new(resolved.settings.sky_degree.unwrap_or(0) as usize),
         probes: &probe_set,
         receivers: &receivers.receivers,
+        light: &light,
         compressor: Compressor {
             settings: &resolved.settings,
             receivers: &receivers.receivers,
@@ -82,10 +91,10 @@ pub fn bake(
         scene_hash,
         resolved: resolved.clone(),
         receivers: receivers.clone(),
-        atlas,
+        atlas: atlas.clone(),
         probes,
         directions,
-        relight_points,
+        light: light.clone(),
     };
     Ok(assemble(parts, finished))
 }
@@ -94,7 +103,7 @@ pub fn bake(
 fn split_rule(resolved: &Resolved) -> KdRule {
     let cluster_width =
         (resolved.settings.receivers_per_cluster as f32).sqrt() / resolved.settings.texels_per_meter;
-    KdRule { meters_per_normal: 0.5 * cluster_width }
+    KdRule { meters_per_normal: 0.5 * cluster_width, by_outlook: true }
 }
 
 /// Tells bakes apart whose finished groups must not be mixed.
@@ -157,64 +166,4 @@ fn gather_groups(
         checkpoint.remove();
     }
     Ok(finished)
-}
-
-/// Bakes groups of receivers, one at a time and independently of each other.
-struct GroupWorker<'a> {
-    tracer: &'a Tracer,
-    basis: Basis,
-    probes: &'a PointGrid,
-    receivers: &'a [Receiver],
-    compressor: Compressor<'a>,
-}
-
-/// Gather hits from which a group's probes are chosen.
-const CHOICE_HITS: usize = 2048;
-
-/// Support radius as a multiple of the largest distance between the group's receivers and probes; greater
-/// than one, so that every chosen probe counts.
-const SUPPORT_MARGIN: f32 = 1.1;
-
-impl GroupWorker<'_> {
-    fn bake_group(&self, group: &[u32]) -> FinishedGroup {
-        let settings = self.compressor.settings;
-        let gather = |receiver: &u32, rays| -> Vec<GatherHit> {
-            gather_hits(self.tracer, &self.receivers[*receiver as usize], rays, settings.seed).collect()
-        };
-        let rays_for_choice = (CHOICE_HITS / group.len()).max(1) as u32;
-        let sample: Vec<GatherHit> = group.iter().flat_map(|r| gather(r, rays_for_choice)).collect();
-        let chosen = choose_probes(
-            self.tracer,
-            self.probes,
-            self.receivers,
-            group,
-            &sample,
-            settings.probes_per_cluster as usize,
-        );
-        let builder = TransportBuilder {
-            tracer: self.tracer,
-            basis: &self.basis,
-            support_radius: SUPPORT_MARGIN * self.farthest_distance(group, &chosen),
-            probes: chosen.iter().map(|p| self.probes.positions[*p as usize]).collect(),
-        };
-        let mut transport = Transport::default();
-        for receiver in group {
-            let hits = gather(receiver, settings.gather_rays);
-            builder.add_row(&self.receivers[*receiver as usize], &hits, &mut transport);
-        }
-        FinishedGroup {
-            clusters: self.compressor.compress(group, &transport.rows, transport.columns, &chosen),
-            approximated_rays: transport.approximated_rays,
-            uncovered_rays: transport.uncovered_rays,
-        }
-    }
-
-    fn farthest_distance(&self, group: &[u32], probes: &[u32]) -> f32 {
-        let positions = || group.iter().map(|r| self.receivers[*r as usize].position);
-        probes
-            .iter()
-            .map(|p| self.probes.positions[*p as usize])
-            .flat_map(|probe| positions().map(move |position| position.distance(probe)))
-            .fold(f32::MIN_POSITIVE, f32::max)
-    }
 }

@@ -1,42 +1,54 @@
 //! Clustered principal components: A_c = U_c Σ_c V_cᵀ, truncated, split where that is not enough
 //! (\[SED\] §3.3, eq. 6).
 //!
-//! A plain truncated SVD treats every coefficient as equally likely to be bright, and spends its rank on
-//! high bands that carry little light. The decomposition is therefore taken in a metric: columns are
-//! multiplied by the expected strength of their band before, and divided by it after.
+//! A plain truncated SVD treats every signal as equally likely to be bright, and spends its rank on light that
+//! never occurs. The decomposition is therefore taken in a metric: U holds the eigenvectors of `A M Aᵀ`, where M
+//! is the signals' expected second moment, and ΣVᵀ = Uᵀ A, which is the best for that U in any metric.
 
-use faer::{Mat, MatRef};
-use half::f16;
-use probelight_asset::BakeSettings;
-use probelight_math::sh::band;
+use faer::{Mat, MatRef, Side};
+use probelight_asset::packed::Ranks;
+use probelight_asset::{BakeSettings, Storage};
 use probelight_scene::Bounds;
 use serde::{Deserialize, Serialize};
 
+use crate::metric::SignalMetric;
 use crate::partition::KdRule;
+use crate::quantize::{Factors, quantize};
 use crate::receivers::Receiver;
-
-/// Expected strength of the coefficients of band l relative to band 0: a prior, not a measurement of the scene
-/// at hand. Radiance with edges falls off about so.
-fn band_strength(l: usize) -> f32 {
-    (1.0 + l as f32).powf(-1.5)
-}
 
 /// A cluster ready for the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CompressedCluster {
     /// Receivers (indices), coarsest lightmap level first.
     pub(crate) receivers: Vec<u32>,
-    /// Probes the columns belong to.
+    /// Scalar signals of the leading columns.
+    pub(crate) signals: Vec<u32>,
+    /// Probes the other columns belong to.
     pub(crate) probes: Vec<u32>,
-    pub(crate) rank: u32,
-    /// U: `rank` columns of one value per receiver.
-    pub(crate) receiver_basis: Vec<f16>,
-    /// ΣVᵀ: `rank` rows of one value per column of A, each divided by its scale.
-    pub(crate) signal_basis: Vec<f16>,
+    /// How many singular values are kept, and how precisely.
+    pub(crate) ranks: Ranks,
+    /// U, packed: one line of one value per receiver for each singular value.
+    pub(crate) receiver_basis: Vec<u32>,
+    /// ΣVᵀ, packed: one line of one value per column of A for each singular value.
+    pub(crate) signal_basis: Vec<u32>,
     /// One scale per row.
     pub(crate) row_scales: Vec<f32>,
-    /// Relative error of the truncated matrix in the metric.
+    /// One scale per column, as an exponent.
+    pub(crate) column_exponents: Vec<u8>,
+    /// Relative error of the compressed matrix in the metric.
     pub(crate) error: f32,
+}
+
+/// A group's transport and what its columns are.
+pub(crate) struct GroupMatrix<'a> {
+    /// Receivers (indices).
+    pub(crate) group: &'a [u32],
+    /// Row-major, one row per receiver of the group.
+    pub(crate) rows: &'a [f32],
+    pub(crate) columns: usize,
+    pub(crate) signals: &'a [u32],
+    pub(crate) probes: &'a [u32],
+    pub(crate) metric: &'a SignalMetric,
 }
 
 /// A matrix block still to be compressed: receivers (indices) and their rows of A.
@@ -59,23 +71,16 @@ pub(crate) struct Compressor<'a> {
 const FEWEST_RECEIVERS_PER_RANK: usize = 8;
 
 impl Compressor<'_> {
-    /// Compresses the rows of `group` (row-major, one per receiver of the group).
-    pub(crate) fn compress(
-        &self,
-        group: &[u32],
-        rows: &[f32],
-        columns: usize,
-        probes: &[u32],
-    ) -> Vec<CompressedCluster> {
-        let strength: Vec<f32> = (0..columns).map(|c| band_strength(band(c / probes.len().max(1)))).collect();
-        let matrix = MatRef::from_row_major_slice(rows, group.len(), columns);
-        let mut pending = vec![Block { receivers: group.to_vec(), rows: (0..group.len()).collect() }];
+    /// Compresses the matrix of a group of receivers.
+    pub(crate) fn compress(&self, matrix: &GroupMatrix<'_>) -> Vec<CompressedCluster> {
+        let rows = MatRef::from_row_major_slice(matrix.rows, matrix.group.len(), matrix.columns);
+        let mut pending =
+            vec![Block { receivers: matrix.group.to_vec(), rows: (0..matrix.group.len()).collect() }];
         let mut clusters = Vec::new();
         while let Some(mut block) = pending.pop() {
             self.sort_coarsest_first(&mut block);
-            let weighted =
-                Mat::from_fn(block.rows.len(), columns, |r, c| matrix[(block.rows[r], c)] * strength[c]);
-            let cluster = self.truncate(&block, &weighted, &strength, probes);
+            let a = Mat::from_fn(block.rows.len(), matrix.columns, |r, c| rows[(block.rows[r], c)]);
+            let cluster = self.decompose(&block, &a, matrix);
             let can_split =
                 block.rows.len() >= 2 * FEWEST_RECEIVERS_PER_RANK * self.settings.max_rank as usize;
             if cluster.error > self.settings.max_cluster_error && can_split {
@@ -111,59 +116,45 @@ impl Compressor<'_> {
         (block.receivers, block.rows) = order.into_iter().unzip();
     }
 
-    /// The truncated SVD of a weighted block, with as many singular values as the error asks for.
-    fn truncate(
-        &self,
-        block: &Block,
-        weighted: &Mat<f32>,
-        strength: &[f32],
-        probes: &[u32],
-    ) -> CompressedCluster {
-        let (u, singular, v) = thin_svd(weighted);
-        let energy: f64 = singular.iter().map(|s| f64::from(*s).powi(2)).sum();
-        let target = energy * f64::from(self.settings.max_cluster_error).powi(2);
-        let most = singular.len().min(self.settings.max_rank as usize);
-        let mut rest = energy;
-        let mut rank = 0;
-        while rank < most && rest > target {
-            rest -= f64::from(singular[rank]).powi(2);
-            rank += 1;
-        }
-        let height = block.rows.len();
-        // U's columns have unit length; scaled to unit mean square they sit in f16's best range.
-        let u_scale = (height as f32).sqrt();
-        let mut cluster = CompressedCluster {
+    /// The principal components of a block, with as many singular values and bits as the error asks for.
+    fn decompose(&self, block: &Block, a: &Mat<f32>, matrix: &GroupMatrix<'_>) -> CompressedCluster {
+        let most = (self.settings.max_rank as usize).min(a.nrows());
+        let (u, energies, total) = principal_components(a, matrix.metric, most);
+        let w = u.transpose() * a;
+        let factors = Factors { u: &u, w: &w, energies: &energies, total };
+        let is_packed = self.settings.storage == Storage::Packed;
+        let target = f64::from(self.settings.max_cluster_error);
+        let packed = quantize(&factors, &matrix.metric.second_moments(), is_packed, target);
+        CompressedCluster {
             receivers: block.receivers.clone(),
-            probes: probes.to_vec(),
-            rank: rank as u32,
-            receiver_basis: Vec::with_capacity(rank * height),
-            signal_basis: Vec::with_capacity(rank * strength.len()),
-            row_scales: Vec::with_capacity(rank),
-            error: (rest.max(0.0) / energy.max(f64::MIN_POSITIVE)).sqrt() as f32,
-        };
-        for k in 0..rank {
-            cluster.receiver_basis.extend((0..height).map(|r| f16::from_f32(u[(r, k)] * u_scale)));
-            let row: Vec<f32> =
-                (0..strength.len()).map(|c| singular[k] * v[(c, k)] / (strength[c] * u_scale)).collect();
-            let scale =
-                row.iter().fold(0f32, |largest, value| largest.max(value.abs())).max(f32::MIN_POSITIVE);
-            cluster.row_scales.push(scale);
-            cluster.signal_basis.extend(row.iter().map(|value| f16::from_f32(value / scale)));
+            signals: matrix.signals.to_vec(),
+            probes: matrix.probes.to_vec(),
+            ranks: packed.ranks,
+            receiver_basis: packed.receiver_basis,
+            signal_basis: packed.signal_basis,
+            row_scales: packed.row_scales,
+            column_exponents: packed.column_exponents,
+            error: packed.error,
         }
-        cluster
     }
 }
 
-/// U, the singular values in descending order, and V. A matrix that does not decompose (it holds no
-/// finite numbers) has none.
-fn thin_svd(matrix: &Mat<f32>) -> (Mat<f32>, Vec<f32>, Mat<f32>) {
-    match matrix.thin_svd() {
-        Ok(svd) => {
-            let singular = svd.S().column_vector().iter().copied().collect();
-            (svd.U().to_owned(), singular, svd.V().to_owned())
-        }
-        Err(_) => (Mat::zeros(matrix.nrows(), 0), Vec::new(), Mat::zeros(matrix.ncols(), 0)),
-    }
+/// The leading eigenvectors of `A M Aᵀ` as columns, their eigenvalues in descending order, and the sum of all
+/// eigenvalues. A matrix that does not decompose (it holds no finite numbers) has none.
+fn principal_components(a: &Mat<f32>, metric: &SignalMetric, most: usize) -> (Mat<f32>, Vec<f64>, f64) {
+    let gram = metric.gram(a);
+    let total: f64 = (0..gram.nrows()).map(|r| gram[(r, r)]).sum();
+    let Ok(eigen) = gram.self_adjoint_eigen(Side::Lower) else {
+        return (Mat::zeros(a.nrows(), 0), Vec::new(), 0.0);
+    };
+    // Ascending, as faer has them.
+    let (vectors, values) = (eigen.U(), eigen.S().column_vector());
+    let last = a.nrows() - 1;
+    // Below this the Gram matrix holds rounding errors.
+    let useful = |k: &usize| values[last - k] > 1e-12 * total;
+    let kept: Vec<usize> = (0..most).take_while(useful).collect();
+    let u = Mat::from_fn(a.nrows(), kept.len(), |r, k| vectors[(r, last - k)] as f32);
+    (u, kept.iter().map(|k| values[last - k]).collect(), total)
 }
 
 /// Box around a cluster's receivers.
@@ -183,7 +174,7 @@ mod tests {
 
     fn line_of_receivers(count: u32) -> Vec<Receiver> {
         (0..count)
-            .map(|i| Receiver { texel: i, position: Vec3::X * i as f32, normal: Vec3::Y, outlook: None })
+            .map(|i| Receiver { texel: i, position: Vec3::X * i as f32, normal: Vec3::Y, ..Receiver::default() })
             .collect()
     }
 

@@ -2,9 +2,20 @@
 
 use probelight_math::glam::Vec3;
 use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
-use probelight_trace::{Ray, Tracer};
+use probelight_trace::{Hit, Ray, Tracer};
 
 use crate::receivers::Receiver;
+
+/// A gather ray and where it ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct GatherRay {
+    /// Start, metres.
+    pub(crate) origin: Vec3,
+    /// Unit.
+    pub(crate) direction: Vec3,
+    /// The surface it meets, or the sky.
+    pub(crate) hit: Option<Hit>,
+}
 
 /// Where a gather ray ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,27 +31,34 @@ pub(crate) enum GatherHit {
     Sky(Vec3),
 }
 
-/// Ends of `count` cosine-distributed rays from a receiver.
+impl GatherRay {
+    /// Its end as probes see it.
+    pub(crate) fn end(&self, tracer: &Tracer) -> GatherHit {
+        match self.hit {
+            Some(hit) => GatherHit::Surface {
+                position: self.origin + self.direction * hit.distance + hit.normal * tracer.offset(),
+                normal: hit.normal,
+            },
+            None => GatherHit::Sky(self.direction),
+        }
+    }
+}
+
+/// `count` cosine-distributed rays from a receiver.
 ///
 /// The samples are a scrambled (0,2)-sequence of the receiver's own: stratified within, independent
 /// between receivers, so that the compression averages their noise instead of keeping a pattern.
-pub(crate) fn gather_hits(
+pub(crate) fn gather_rays(
     tracer: &Tracer,
     receiver: &Receiver,
     count: u32,
     seed: u64,
-) -> impl Iterator<Item = GatherHit> {
+) -> impl Iterator<Item = GatherRay> {
     let world_from_local = world_from_tangent(receiver.normal);
     let origin = receiver.ray_origin(tracer);
     let sequence = hash_pair(receiver.texel, seed as u32 ^ (seed >> 32) as u32);
     (0..count).map(move |ray| {
         let direction = world_from_local * cosine_hemisphere_from_square(sobol_owen(ray, sequence));
-        match tracer.closest_hit(&Ray::new(origin, direction)) {
-            Some(hit) => GatherHit::Surface {
-                position: origin + direction * hit.distance + hit.normal * tracer.offset(),
-                normal: hit.normal,
-            },
-            None => GatherHit::Sky(direction),
-        }
+        GatherRay { origin, direction, hit: tracer.closest_hit(&Ray::new(origin, direction)) }
     })
 }

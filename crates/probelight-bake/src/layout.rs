@@ -46,7 +46,7 @@ pub(crate) fn fit_layout(
         }
         atlas = unwrap_faces(tracer.scene(), lit_sides, seams, use_uv1, density, progress)?;
     }
-    resolved.settings.texels_per_meter = density;
+    resolved.set_texel_density(density);
     Ok(atlas)
 }
 

@@ -12,9 +12,13 @@
 //! | probes | `voxels`, `probes` | where radiance is measured |
 //! | relight rays | `relight` | what each probe sees |
 //! | clusters | `air_spaces`, `partition` | groups of receivers that share a matrix |
-//! | transport | `gather`, `probe_choice`, `transport` | the matrix α of each group (\[SED\] eq. 3–4) |
-//! | compression | `compress` | truncated, split, quantised (\[SED\] eq. 6) |
+//! | light | `surfels`, `emitters`, `scene_light` | where the runtime evaluates light |
+//! | metric | `light_ensemble` | what random plausible lightings make of it |
+//! | transport | `gather`, `patch_choice`, `probe_choice`, `transport` | the matrix of each group (\[SED\] eq. 3–4) |
+//! | compression | `metric`, `compress`, `quantize` | truncated, split, packed (\[SED\] eq. 6) |
 //! | file | `assemble` | the [`probelight_asset::BakedScene`] and its report |
+//!
+//! `group_worker` runs the last steps but one for each cluster, `bake` all of them.
 
 mod air_spaces;
 mod assemble;
@@ -23,18 +27,26 @@ mod bake;
 mod checkpoint;
 mod compress;
 mod cut;
+mod emitters;
 mod error;
 mod gather;
+mod group_worker;
 mod layout;
+mod light_ensemble;
+mod metric;
 mod options;
 mod partition;
+mod patch_choice;
 mod point_grid;
 mod probe_choice;
 mod probes;
+mod quantize;
 mod receivers;
 mod relight;
+mod scene_light;
 mod sides;
 mod surface_samples;
+mod surfels;
 mod transport;
 mod voxels;
 

@@ -1,6 +1,6 @@
 //! What a user may ask of a bake, and the defaults derived from the scene.
 
-use probelight_asset::BakeSettings;
+use probelight_asset::{BakeSettings, Method, Metric, Storage};
 use probelight_math::glam::Vec3;
 use probelight_math::sampling::{Rng, cosine_hemisphere_from_square, sobol_owen, world_from_tangent};
 use probelight_scene::Scene;
@@ -13,6 +13,13 @@ use crate::surface_samples::sample_front_faces;
 /// What a user may ask of a bake. `None` means the documented default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BakeOptions {
+    /// What the clusters' signals are. Default [`Method::Hybrid`].
+    pub method: Option<Method>,
+    /// What the matrices are compressed for. Default [`Metric::Radiance`], with the paper's method
+    /// [`Metric::Band`].
+    pub metric: Option<Metric>,
+    /// How the matrices are stored. Default [`Storage::Packed`], with the paper's method [`Storage::F16`].
+    pub storage: Option<Storage>,
     /// Wanted number of receivers (lightmap texels with light of their own). Takes precedence over the
     /// default texel density, not over an explicit one.
     pub receivers: Option<u32>,
@@ -22,6 +29,14 @@ pub struct BakeOptions {
     /// Probes per cubic metre of open space. Default: adapted to the local free distance, and nowhere
     /// sparser than \[SED\]'s 0.02.
     pub probe_density: Option<f32>,
+    /// Width of the surfels, metres. Default: a share of the scene's typical free distance, but not below
+    /// one and a half texels.
+    pub surfel_size: Option<f32>,
+    /// Most light samples per surfel. Default 8.
+    pub samples_per_surfel: Option<u32>,
+    /// Distance from a receiver beyond which it takes light from probes, not from surfels. Default: no such
+    /// distance.
+    pub near_radius: Option<f32>,
     /// Gather rays per receiver. Default 512.
     pub gather_rays: Option<u32>,
     /// Relight rays per probe. Default 512 (\[SED\] §5.1).
@@ -52,6 +67,13 @@ pub const DEFAULT_MAX_RECEIVERS: u32 = 200_000;
 /// Default texel edge as a share of the typical free distance.
 const TEXEL_PER_FREE_DISTANCE: f32 = 1.0 / 32.0;
 
+/// Default surfel width as a share of the typical free distance, and in texels at least.
+const SURFEL_PER_FREE_DISTANCE: f32 = 0.1;
+const TEXELS_PER_SURFEL: f32 = 1.5;
+
+/// Highest band of the sky's own signals: skies are smooth, and what blocks them is in the matrix.
+const SKY_DEGREE: u32 = 4;
+
 /// Lowest probe density unless asked otherwise, per m³ (\[SED\] §3).
 const SPARSEST_PROBE_DENSITY: f32 = 0.02;
 
@@ -65,6 +87,8 @@ pub(crate) struct Resolved {
     pub(crate) settings: BakeSettings,
     /// Wanted number of receivers, if the texel density is to follow from it.
     pub(crate) receiver_target: Option<u32>,
+    /// Surfel width, if the user fixed it; otherwise the default before the texel size is known.
+    pub(crate) surfel_size_is_fixed: bool,
     /// Whether the receiver target is only an upper limit.
     pub(crate) target_is_limit: bool,
     /// Probe spacing everywhere, if the user fixed the density.
@@ -78,6 +102,15 @@ impl Resolved {
         let Some(target) = self.receiver_target else { return wished };
         let fitting = (scene.surface_area() / f64::from(target)).sqrt() as f32;
         if self.target_is_limit { wished.max(fitting) } else { fitting }
+    }
+
+    /// Takes note of the texel density that the layout came to.
+    pub(crate) fn set_texel_density(&mut self, texels_per_meter: f32) {
+        self.settings.texels_per_meter = texels_per_meter;
+        if !self.surfel_size_is_fixed {
+            let smallest = TEXELS_PER_SURFEL / texels_per_meter;
+            self.settings.surfel_size = self.settings.surfel_size.max(smallest);
+        }
     }
 
     /// Smallest distance between neighbouring probes, metres.
@@ -110,7 +143,26 @@ impl BakeOptions {
         let receivers =
             within("the number of receivers", self.receivers, 1, 1..=64_000_000, "1 to 64 million")?;
         let spacing = probe_density.unwrap_or(SPARSEST_PROBE_DENSITY).powf(-1.0 / 3.0);
+        let surfel_size = positive("the surfel size", self.surfel_size)?;
+        let method = self.method.unwrap_or_default();
+        let (metric, storage) = match method {
+            Method::Paper => (Metric::Band, Storage::F16),
+            Method::Hybrid => (Metric::Radiance, Storage::Packed),
+        };
         let settings = BakeSettings {
+            method,
+            metric: self.metric.unwrap_or(metric),
+            storage: self.storage.unwrap_or(storage),
+            sky_degree: (method == Method::Hybrid).then_some(SKY_DEGREE),
+            surfel_size: surfel_size.unwrap_or(free_distance * SURFEL_PER_FREE_DISTANCE),
+            samples_per_surfel: within(
+                "the samples per surfel",
+                self.samples_per_surfel,
+                8,
+                1..=64,
+                "1 to 64",
+            )?,
+            near_radius: positive("the near radius", self.near_radius)?,
             texels_per_meter: texel_density.unwrap_or(1.0 / (free_distance * TEXEL_PER_FREE_DISTANCE)),
             probe_spacing: spacing,
             sh_degree: within("the SH degree", self.sh_degree, 7, 0..=11, "0 to 11")?,
@@ -139,7 +191,13 @@ impl BakeOptions {
             (None, Some(_)) => (Some(receivers), false),
             (None, None) => (Some(DEFAULT_MAX_RECEIVERS), true),
         };
-        Ok(Resolved { settings, receiver_target, target_is_limit, uniform_spacing: probe_density.is_some() })
+        Ok(Resolved {
+            settings,
+            receiver_target,
+            target_is_limit,
+            uniform_spacing: probe_density.is_some(),
+            surfel_size_is_fixed: surfel_size.is_some(),
+        })
     }
 }
 

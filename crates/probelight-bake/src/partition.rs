@@ -17,6 +17,8 @@ const AXES: usize = 9;
 pub(crate) struct KdRule {
     /// Metres that a unit difference of normals counts as.
     pub(crate) meters_per_normal: f32,
+    /// Whether outlooks count.
+    pub(crate) by_outlook: bool,
 }
 
 impl KdRule {
@@ -29,33 +31,44 @@ impl KdRule {
         }
     }
 
-    /// Halves a group at the median of its widest axis; ties go by texel, so the result does not depend on
-    /// the input order.
-    pub(crate) fn split(self, receivers: &[Receiver], mut group: Vec<u32>) -> (Vec<u32>, Vec<u32>) {
-        let extent = |axis| {
+    /// Extent of a group along each axis, metres.
+    fn extents(self, receivers: &[Receiver], group: &[u32]) -> [f32; AXES] {
+        std::array::from_fn(|axis| {
+            if axis >= 6 && !self.by_outlook {
+                return 0.0;
+            }
             let (low, high) = group.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), r| {
                 let value = self.coordinate(&receivers[*r as usize], axis);
                 (low.min(value), high.max(value))
             });
             high - low
-        };
-        let axis = (0..AXES).max_by(|a, b| extent(*a).total_cmp(&extent(*b)).then(b.cmp(a))).unwrap_or(0);
-        group.sort_unstable_by(|a, b| {
+        })
+    }
+
+    /// The largest extent of a group along any axis, metres.
+    pub(crate) fn extent(self, receivers: &[Receiver], group: &[u32]) -> f32 {
+        self.extents(receivers, group).into_iter().fold(0.0, f32::max)
+    }
+
+    /// Halves a group at the median of its widest axis; ties go by texel, so the result does not depend on
+    /// the input order.
+    pub(crate) fn split(self, receivers: &[Receiver], mut group: Vec<u32>) -> (Vec<u32>, Vec<u32>) {
+        let extents = self.extents(receivers, &group);
+        let axis = (0..AXES).max_by(|a, b| extents[*a].total_cmp(&extents[*b]).then(b.cmp(a))).unwrap_or(0);
+        let half = group.len() / 2;
+        group.select_nth_unstable_by(half, |a, b| {
             let value = |r: &u32| self.coordinate(&receivers[*r as usize], axis);
             value(a).total_cmp(&value(b)).then(a.cmp(b))
         });
-        let upper = group.split_off(group.len() / 2);
+        let mut upper = group.split_off(half);
+        group.sort_unstable();
+        upper.sort_unstable();
         (group, upper)
     }
 
     /// Groups of at most `largest` receivers, never mixing air spaces.
     pub(crate) fn partition(self, receivers: &[Receiver], largest: usize) -> Vec<Vec<u32>> {
-        let mut by_space: BTreeMap<Option<u32>, Vec<u32>> = BTreeMap::new();
-        for (r, receiver) in receivers.iter().enumerate() {
-            let space = receiver.outlook.map(|outlook| outlook.air_space);
-            by_space.entry(space).or_default().push(r as u32);
-        }
-        let mut pending: Vec<Vec<u32>> = by_space.into_values().rev().collect();
+        let mut pending: Vec<Vec<u32>> = by_air_space(receivers).into_iter().rev().collect();
         let mut groups = Vec::new();
         while let Some(group) = pending.pop() {
             if group.len() <= largest {
@@ -68,6 +81,16 @@ impl KdRule {
         }
         groups
     }
+}
+
+/// All receivers, those of each air space together.
+pub(crate) fn by_air_space(receivers: &[Receiver]) -> Vec<Vec<u32>> {
+    let mut by_space: BTreeMap<Option<u32>, Vec<u32>> = BTreeMap::new();
+    for (r, receiver) in receivers.iter().enumerate() {
+        let space = receiver.outlook.map(|outlook| outlook.air_space);
+        by_space.entry(space).or_default().push(r as u32);
+    }
+    by_space.into_values().collect()
 }
 
 /// Mean position of a group, metres.
@@ -87,7 +110,7 @@ mod tests {
                 texel: i,
                 position: Vec3::new((i % 50) as f32 * 0.1, (i / 50) as f32 * 0.1, 0.0),
                 normal: if i % 2 == 0 { Vec3::Z } else { Vec3::NEG_Z },
-                outlook: None,
+                ..Receiver::default()
             })
             .collect()
     }
@@ -99,7 +122,7 @@ mod tests {
             let air_space = u32::from(receiver.position.x > 3.0);
             receiver.outlook = Some(Outlook { probe: 0, position: Vec3::ZERO, air_space });
         }
-        let groups = KdRule { meters_per_normal: 1.0 }.partition(&receivers, 100);
+        let groups = KdRule { meters_per_normal: 1.0, by_outlook: true }.partition(&receivers, 100);
         let mut seen: Vec<u32> = groups.iter().flatten().copied().collect();
         seen.sort_unstable();
         assert_eq!(seen, (0..1000).collect::<Vec<_>>());
@@ -114,7 +137,7 @@ mod tests {
     fn opposite_normals_are_separated_where_they_outweigh_the_distance() {
         let receivers = receivers();
         let split = |meters_per_normal| {
-            let (lower, _) = KdRule { meters_per_normal }.split(&receivers, (0..1000).collect());
+            let (lower, _) = KdRule { meters_per_normal, by_outlook: true }.split(&receivers, (0..1000).collect());
             lower.iter().all(|r| receivers[*r as usize].normal == receivers[lower[0] as usize].normal)
         };
         assert!(split(100.0));

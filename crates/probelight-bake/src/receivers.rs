@@ -17,10 +17,18 @@ use crate::atlas::Atlas;
 use crate::sides::LitSides;
 
 /// A place that gathers light.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Receiver {
     /// Index of its texel in the stacked image.
     pub(crate) texel: u32,
+    /// Chart of the texel.
+    pub(crate) chart: u32,
+    /// Triangle it lies on.
+    pub(crate) triangle: u32,
+    /// Where on the triangle: barycentric weights of the second and third corner.
+    pub(crate) barycentric: Vec2,
+    /// Whether it belongs to the triangle's back face.
+    pub(crate) is_back_face: bool,
     /// Sample point on the surface, metres.
     pub(crate) position: Vec3,
     /// Unit geometric normal on the lit side.
@@ -217,12 +225,16 @@ fn receiver_at(tracer: &Tracer, atlas: &Atlas, texel: u32, face: u32, point: Vec
         .lerp(Vec2::splat(1.0 / 3.0), INSET)
         .clamp(Vec2::ZERO, Vec2::ONE);
     let [a, b, c] = tracer.scene().corners(triangle as usize);
-    let is_back = face as usize >= atlas.back_faces.len();
+    let is_back_face = face as usize >= atlas.back_faces.len();
     let front = tracer.front_normal(triangle);
     Receiver {
         texel,
+        chart: atlas.face_charts[face as usize],
+        triangle,
+        barycentric,
+        is_back_face,
         position: a + (b - a) * barycentric.x + (c - a) * barycentric.y,
-        normal: if is_back { -front } else { front },
+        normal: if is_back_face { -front } else { front },
         outlook: None,
     }
 }

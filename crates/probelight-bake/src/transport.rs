@@ -1,9 +1,10 @@
-//! The transport matrix α of a cluster: how much of each probe coefficient arrives at each receiver.
+//! The transport matrix A of a cluster: how much of each signal arrives at each receiver.
 //!
-//! A gather ray that ends at y takes its radiance from the probes that see y, in proportion to their
-//! weights; the direction Ψ from the probe to y says which value of the probe's spherical function that
-//! is (\[SED\] eq. 3). Summed over cosine-distributed rays with weight π/N each, this is \[SED\] eq. 4 with
-//! the cosine that belongs to irradiance.
+//! A gather ray that ends on a near surface takes its radiance from the patch it met. One that ends far away,
+//! at y, takes it from the probes that see y, in proportion to their weights; the direction Ψ from the probe
+//! to y says which value of the probe's spherical function that is (\[SED\] eq. 3). A ray that leaves the
+//! scene takes the value of the sky's spherical function. Summed over cosine-distributed rays with weight π/N
+//! each, this is \[SED\] eq. 4 with the cosine that belongs to irradiance.
 
 use std::f32::consts::PI;
 
@@ -11,26 +12,84 @@ use probelight_math::glam::Vec3;
 use probelight_math::sh::{Basis, LANES};
 use probelight_trace::{Ray, Tracer};
 
-use crate::gather::GatherHit;
+use crate::emitters::{EmitterSampling, Emitters};
+use crate::gather::{GatherHit, GatherRay};
+use crate::patch_choice::PatchChoice;
 use crate::receivers::Receiver;
 
 /// A cluster's uncompressed transport.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Transport {
-    /// Row-major α, steradians: one row per receiver, columns in the asset's band-major order.
+    /// Row-major A, steradians: one row per receiver; scalar signals, then the probes' coefficients in the
+    /// asset's band-major order.
     pub(crate) rows: Vec<f32>,
     /// Number of columns.
     pub(crate) columns: usize,
+    /// The scalar signals of the leading columns, in the asset's numbering.
+    pub(crate) signals: Vec<u32>,
     /// Number of rays taken from the probe that sees nearest to their end, because none sees it.
     pub(crate) approximated_rays: u64,
-    /// Number of rays lost, because no probe shares any sight with the receiver.
+    /// Number of rays lost: no probe shares any sight with the receiver, or they end inside solids.
     pub(crate) uncovered_rays: u64,
 }
 
-/// What is needed to judge visibility between probes and ray ends.
+impl Transport {
+    /// Removes scalar signals that no receiver of the cluster takes light from.
+    pub(crate) fn drop_unused_signals(&mut self) {
+        let is_used: Vec<bool> = (0..self.columns)
+            .map(|c| c >= self.signals.len() || self.rows[c..].iter().step_by(self.columns).any(|v| *v != 0.0))
+            .collect();
+        let mut column = is_used.iter().cycle();
+        self.rows.retain(|_| column.next().is_some_and(|used| *used));
+        let mut column = is_used.iter();
+        self.signals.retain(|_| column.next().is_some_and(|used| *used));
+        self.columns = is_used.iter().filter(|used| **used).count();
+    }
+}
+
+/// The scalar signals that a cluster may draw on.
+pub(crate) struct ScalarSignals<'a> {
+    pub(crate) patches: &'a PatchChoice,
+    pub(crate) emitters: &'a Emitters,
+    pub(crate) sampling: EmitterSampling,
+    pub(crate) sky: &'a Basis,
+    /// Number of the first emitter's signal in the asset's numbering.
+    pub(crate) first_emitter_signal: u32,
+    /// Distance up to which surfaces are taken from patches, metres; without it, all.
+    pub(crate) near_radius: Option<f32>,
+}
+
+impl ScalarSignals<'_> {
+    /// The signals of the columns, in the asset's numbering.
+    pub(crate) fn numbers(&self) -> Vec<u32> {
+        let others = (self.emitters.signals.len() + self.sky.len()) as u32;
+        let first = self.first_emitter_signal;
+        self.patches.patches.iter().copied().chain(first..first + others).collect()
+    }
+
+    fn first_sky_column(&self) -> usize {
+        self.patches.patches.len() + self.emitters.signals.len()
+    }
+
+    /// Share of a hit's light that is taken from patches: 1 near, 0 far away, smooth between, so that no line
+    /// shows where probes take over.
+    pub(crate) fn near_share(&self, distance: f32) -> f32 {
+        let Some(radius) = self.near_radius else { return 1.0 };
+        let t = ((HANDOVER_END - distance / radius) / (HANDOVER_END - HANDOVER_START)).clamp(0.0, 1.0);
+        (3.0 - 2.0 * t) * t * t
+    }
+}
+
+/// Where probes begin to take over from patches and where they have, as shares of the near radius.
+const HANDOVER_START: f32 = 0.75;
+const HANDOVER_END: f32 = 1.25;
+
+/// What is needed to judge where a receiver's light comes from.
 pub(crate) struct TransportBuilder<'a> {
     pub(crate) tracer: &'a Tracer,
     pub(crate) basis: &'a Basis,
+    /// Signals besides the probes; none in the paper's method.
+    pub(crate) scalars: Option<ScalarSignals<'a>>,
     /// Positions of the cluster's probes, metres.
     pub(crate) probes: Vec<Vec3>,
     /// Distance at which a probe's weight reaches zero (\[SL\]'s support radius), metres.
@@ -50,39 +109,93 @@ const NEGLIGIBLE_REST: f32 = 0.02;
 const NEAREST_SHARE: f32 = 0.01;
 
 impl TransportBuilder<'_> {
-    /// Adds a receiver's row from the ends of its gather rays.
-    pub(crate) fn add_row(&self, receiver: &Receiver, hits: &[GatherHit], transport: &mut Transport) {
+    /// Adds a receiver's row from its gather rays and the surfels that they meet.
+    pub(crate) fn add_row(
+        &self,
+        receiver: &Receiver,
+        rays: &[GatherRay],
+        surfels: &[u32],
+        transport: &mut Transport,
+    ) {
+        let weight = PI / rays.len() as f32;
+        let mut far = Vec::new();
+        if let Some(scalars) = &self.scalars {
+            self.add_scalar_signals(scalars, receiver, rays, surfels, &mut far, transport);
+        } else {
+            far.extend(rays.iter().map(|ray| (ray.end(self.tracer), weight)));
+        }
+        self.add_probes(receiver, &far, transport);
+        let scalars = self.scalars.as_ref().map_or(0, |s| s.first_sky_column() + s.sky.len());
+        transport.columns = scalars + self.probes.len() * self.basis.len();
+    }
+
+    /// The part of a row that does not come from probes; what is left for these goes to `far`.
+    fn add_scalar_signals(
+        &self,
+        scalars: &ScalarSignals<'_>,
+        receiver: &Receiver,
+        rays: &[GatherRay],
+        surfels: &[u32],
+        far: &mut Vec<(GatherHit, f32)>,
+        transport: &mut Transport,
+    ) {
+        let weight = PI / rays.len() as f32;
+        let mut row = vec![0.0; scalars.first_sky_column()];
+        let mut sky = RowAccumulator::new(scalars.sky, 1);
+        for (ray, surfel) in rays.iter().zip(surfels) {
+            let Some(hit) = ray.hit else {
+                sky.add(0, ray.direction, weight);
+                continue;
+            };
+            let near = scalars.near_share(hit.distance);
+            if near < 1.0 {
+                far.push((ray.end(self.tracer), weight * (1.0 - near)));
+            }
+            match scalars.patches.column(*surfel) {
+                Some(column) => row[column] += weight * near,
+                None if near > 0.0 => transport.uncovered_rays += 1,
+                None => {}
+            }
+        }
+        let (_, emitters) = row.split_at_mut(scalars.patches.patches.len());
+        let hits = rays.iter().filter_map(|ray| Some((ray.direction, ray.hit.as_ref()?)));
+        let count = rays.len() as u32;
+        scalars.emitters.add_form_factors(self.tracer, receiver, &scalars.sampling, count, hits, emitters);
+        transport.rows.append(&mut row);
+        sky.finish(&mut transport.rows);
+    }
+
+    /// The part of a row that comes from probes, for rays' ends and weights.
+    fn add_probes(&self, receiver: &Receiver, ends: &[(GatherHit, f32)], transport: &mut Transport) {
         let mut accumulator = RowAccumulator::new(self.basis, self.probes.len());
         let kernels: Vec<f32> = self
             .probes
             .iter()
             .map(|p| support_kernel(p.distance(receiver.position), self.support_radius))
             .collect();
-        let weight_per_ray = PI / hits.len() as f32;
         let mut has_seen = vec![false; self.probes.len()];
         let mut unserved = Vec::new();
-        for hit in hits {
+        for (hit, ray_weight) in ends {
             let seen = self.seeing_probes(hit, &kernels);
             let total: f32 = seen.iter().map(|(_, weight, _)| weight).sum();
             if total <= 0.0 {
-                unserved.push(*hit);
+                unserved.push((*hit, *ray_weight));
             }
             for (probe, weight, direction) in seen {
                 has_seen[probe] = true;
-                accumulator.add(probe, direction, weight_per_ray * weight / total);
+                accumulator.add(probe, direction, ray_weight * weight / total);
             }
         }
-        for hit in unserved {
+        for (hit, ray_weight) in unserved {
             match self.nearest_sight(&hit, &has_seen) {
                 Some((probe, direction)) => {
-                    accumulator.add(probe, direction, weight_per_ray);
+                    accumulator.add(probe, direction, ray_weight);
                     transport.approximated_rays += 1;
                 }
                 None => transport.uncovered_rays += 1,
             }
         }
         accumulator.finish(&mut transport.rows);
-        transport.columns = self.probes.len() * self.basis.len();
     }
 
     /// The probes that see the end of a ray: (index, weight, direction from the probe).

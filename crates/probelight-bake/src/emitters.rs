@@ -1,0 +1,222 @@
+//! Light straight from emissive surfaces, found by sampling them.
+//!
+//! Gather rays find a small emitter rarely, which leaves grain. So each emissive surface is a signal of its
+//! own, and its column holds form factors: points on the emitter seen from the receiver, combined with the
+//! gather rays that happen to hit it by the balance heuristic (Veach and Guibas 1995), which keeps nearby
+//! large emitters free of noise too.
+
+use std::f32::consts::PI;
+
+use probelight_asset::{Emitter, NONE};
+use probelight_math::color::luminance;
+use probelight_math::glam::{Vec2, Vec3};
+use probelight_math::sampling::{hash_pair, sobol_owen, triangle_from_square};
+use probelight_scene::{Bounds, Scene};
+use probelight_trace::{Hit, Tracer};
+
+use crate::receivers::Receiver;
+
+/// Points on emitters per receiver, divided among the patches by how large they look; each gets a few.
+const SAMPLES: f32 = 128.0;
+const FEWEST_SAMPLES: u32 = 4;
+
+/// Patches are split until they are this wide, as a multiple of a surfel's width.
+const WIDTHS_PER_PATCH: f32 = 4.0;
+
+/// The emissive surfaces of a scene.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Emitters {
+    /// The signals: one for each material, or for each patch where a texture varies the emission.
+    pub(crate) signals: Vec<Emitter>,
+    patches: Vec<EmitterPatch>,
+    /// Patch of each triangle, or [`NONE`].
+    patch_of_triangle: Vec<u32>,
+}
+
+/// Emissive triangles near each other.
+#[derive(Clone, Debug)]
+struct EmitterPatch {
+    signal: u32,
+    triangles: Vec<u32>,
+    /// Running sum of the triangles' areas, m².
+    areas: Vec<f32>,
+    bounds: Bounds,
+}
+
+impl EmitterPatch {
+    fn area(&self) -> f32 {
+        self.areas.last().copied().unwrap_or(0.0)
+    }
+}
+
+/// How many points each patch gets from the receivers of a cluster.
+pub(crate) struct EmitterSampling(Vec<u32>);
+
+impl Emitters {
+    /// Finds the emissive surfaces; patches are a few surfels wide.
+    pub(crate) fn find(scene: &Scene, surfel_size: f32) -> Self {
+        let mut emitters =
+            Self { patch_of_triangle: vec![NONE; scene.triangles.len()], ..Self::default() };
+        for (m, material) in scene.materials.iter().enumerate() {
+            if material.emission == Vec3::ZERO {
+                continue;
+            }
+            let triangles: Vec<u32> = (0..scene.triangles.len() as u32)
+                .filter(|t| scene.triangle_material[*t as usize] as usize == m && scene.area(*t as usize) > 0.0)
+                .collect();
+            if triangles.is_empty() {
+                continue;
+            }
+            let is_textured = material.emissive_texture.is_some();
+            if !is_textured {
+                emitters.signals.push(Emitter { material: m as u32, mean_texel: Vec3::ONE });
+            }
+            emitters.add_patches(scene, triangles, WIDTHS_PER_PATCH * surfel_size, is_textured, m as u32);
+        }
+        emitters
+    }
+
+    fn add_patches(&mut self, scene: &Scene, triangles: Vec<u32>, width: f32, is_textured: bool, material: u32) {
+        let bounds = Bounds::of(triangles.iter().flat_map(|t| scene.corners(*t as usize)));
+        let size = bounds.size();
+        if triangles.len() > 1 && size.max_element() > width {
+            let axis = if size.x >= size.y.max(size.z) { 0 } else if size.y >= size.z { 1 } else { 2 };
+            let middle = |t: &u32| scene.corners(*t as usize).iter().map(|c| c[axis]).sum::<f32>();
+            let mut sorted = triangles;
+            sorted.sort_by(|a, b| middle(a).total_cmp(&middle(b)).then(a.cmp(b)));
+            let upper = sorted.split_off(sorted.len() / 2);
+            self.add_patches(scene, sorted, width, is_textured, material);
+            self.add_patches(scene, upper, width, is_textured, material);
+            return;
+        }
+        if is_textured {
+            let mean_texel = mean_emission_texel(scene, &triangles);
+            if mean_texel == Vec3::ZERO {
+                return;
+            }
+            self.signals.push(Emitter { material, mean_texel });
+        }
+        for t in &triangles {
+            self.patch_of_triangle[*t as usize] = self.patches.len() as u32;
+        }
+        let areas = triangles
+            .iter()
+            .scan(0.0, |sum, t| {
+                *sum += scene.area(*t as usize);
+                Some(*sum)
+            })
+            .collect();
+        self.patches.push(EmitterPatch { signal: self.signals.len() as u32 - 1, triangles, areas, bounds });
+    }
+
+    /// The signal of a triangle's front face, if it is emissive.
+    pub(crate) fn signal_of_triangle(&self, triangle: u32) -> Option<u32> {
+        Some(self.patches.get(*self.patch_of_triangle.get(triangle as usize)? as usize)?.signal)
+    }
+
+    /// The signal of what a ray hit, if that is emissive.
+    pub(crate) fn signal_of_hit(&self, hit: &Hit) -> Option<u32> {
+        if hit.is_back_face { None } else { self.signal_of_triangle(hit.triangle) }
+    }
+
+    /// Divides the samples among the patches by how large they look from the middle of a cluster.
+    pub(crate) fn sampling(&self, receivers: &Bounds) -> EmitterSampling {
+        let middle = 0.5 * (receivers.min + receivers.max);
+        let solid_angle = |patch: &EmitterPatch| {
+            let squared = patch.bounds.distance(middle).powi(2) + receivers.size().length_squared() * 0.25;
+            patch.area() / (squared + patch.area()).max(f32::MIN_POSITIVE)
+        };
+        let weights: Vec<f32> = self.patches.iter().map(|p| solid_angle(p).sqrt()).collect();
+        let total: f32 = weights.iter().sum();
+        let count = |weight: &f32| ((SAMPLES * weight / total) as u32).max(FEWEST_SAMPLES);
+        EmitterSampling(weights.iter().map(count).collect())
+    }
+
+    /// Adds the form factors (steradians, cosine-weighted) of all emitters seen from a receiver to `sums`, one
+    /// for each signal. `rays` gather rays with the given hits are part of the estimate.
+    pub(crate) fn add_form_factors<'h>(
+        &self,
+        tracer: &Tracer,
+        receiver: &Receiver,
+        sampling: &EmitterSampling,
+        rays: u32,
+        hits: impl Iterator<Item = (Vec3, &'h Hit)>,
+        sums: &mut [f32],
+    ) {
+        let origin = receiver.ray_origin(tracer);
+        let rays = rays as f32;
+        for (direction, hit) in hits {
+            let patch = self.patch_of_triangle[hit.triangle as usize];
+            if hit.is_back_face || patch == NONE {
+                continue;
+            }
+            let samples = sampling.0[patch as usize];
+            let patch = &self.patches[patch as usize];
+            let cosines = (receiver.normal.dot(direction), -hit.normal.dot(direction));
+            let weight = balanced_weight(samples as f32, rays, patch.area(), cosines, hit.distance * hit.distance);
+            sums[patch.signal as usize] += weight * self.texel_share(tracer, patch, hit.triangle, hit.barycentric);
+        }
+        for (p, (patch, samples)) in self.patches.iter().zip(&sampling.0).enumerate() {
+            for sample in 0..*samples {
+                let u = sobol_owen(sample, hash_pair(receiver.texel, 0x5eed ^ p as u32));
+                let (triangle, barycentric) = patch.point(u);
+                let [a, b, c] = tracer.scene().corners(triangle as usize);
+                let normal = tracer.front_normal(triangle);
+                let position =
+                    a + (b - a) * barycentric.x + (c - a) * barycentric.y + normal * tracer.offset();
+                let offset = position - origin;
+                let squared = offset.length_squared().max(f32::MIN_POSITIVE);
+                let direction = offset / squared.sqrt();
+                let cosines = (receiver.normal.dot(direction), -normal.dot(direction));
+                if cosines.0 > 0.0 && cosines.1 > 0.0 && tracer.is_visible(origin, position) {
+                    let weight = balanced_weight(*samples as f32, rays, patch.area(), cosines, squared);
+                    sums[patch.signal as usize] +=
+                        weight * self.texel_share(tracer, patch, triangle, barycentric);
+                }
+            }
+        }
+    }
+
+    /// How much brighter a point emits than the mean of its signal.
+    fn texel_share(&self, tracer: &Tracer, patch: &EmitterPatch, triangle: u32, at: Vec2) -> f32 {
+        let mean = self.signals[patch.signal as usize].mean_texel;
+        if mean == Vec3::ONE {
+            return 1.0;
+        }
+        luminance(tracer.scene().emission_texel(triangle as usize, at)) / luminance(mean).max(f32::MIN_POSITIVE)
+    }
+}
+
+impl EmitterPatch {
+    /// A point of the patch, uniform by area: triangle and barycentric weights.
+    fn point(&self, mut u: Vec2) -> (u32, Vec2) {
+        let at = u.x * self.area();
+        let i = self.areas.partition_point(|sum| *sum <= at).min(self.triangles.len() - 1);
+        let low = if i == 0 { 0.0 } else { self.areas[i - 1] };
+        // What is left of u.x within the chosen triangle is uniform again.
+        u.x = ((at - low) / (self.areas[i] - low).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+        (self.triangles[i], triangle_from_square(u))
+    }
+}
+
+/// What one point adds to the form factor, whichever way it was found: the cosine at the receiver over the
+/// density (per solid angle) of `samples` points on the patch and `rays` gather rays together.
+fn balanced_weight(samples: f32, rays: f32, area: f32, cosines: (f32, f32), squared_distance: f32) -> f32 {
+    let (at_receiver, at_emitter) = cosines;
+    let by_area = samples * squared_distance / (area * at_emitter).max(f32::MIN_POSITIVE);
+    at_receiver / (by_area + rays * at_receiver / PI)
+}
+
+/// Mean emissive texel over triangles, by area; a few hundred lookups.
+fn mean_emission_texel(scene: &Scene, triangles: &[u32]) -> Vec3 {
+    let per_triangle = (1024 / triangles.len()).clamp(4, 256) as u32;
+    let (sum, total) = triangles.iter().fold((Vec3::ZERO, 0.0), |(sum, total), t| {
+        let area = scene.area(*t as usize);
+        let mean: Vec3 = (0..per_triangle)
+            .map(|i| scene.emission_texel(*t as usize, triangle_from_square(sobol_owen(i, hash_pair(*t, 71)))))
+            .sum::<Vec3>()
+            / per_triangle as f32;
+        (sum + mean * area, total + area)
+    });
+    sum / f32::max(total, f32::MIN_POSITIVE)
+}

@@ -1,0 +1,203 @@
+//! Bakes groups of receivers, one at a time and independently of each other.
+
+use faer::{Mat, MatRef};
+use probelight_asset::{Method, Metric, NONE};
+use probelight_math::glam::Vec3;
+use probelight_math::sh::{Basis, band, coefficient_count};
+use probelight_trace::Tracer;
+
+use crate::atlas::Atlas;
+use crate::checkpoint::FinishedGroup;
+use crate::compress::{Compressor, GroupMatrix, bounds_of};
+use crate::gather::{GatherHit, GatherRay, gather_rays};
+use crate::light_ensemble::LightEnsemble;
+use crate::metric::SignalMetric;
+use crate::patch_choice::{PatchChoice, WITNESSES};
+use crate::point_grid::PointGrid;
+use crate::probe_choice::choose_probes;
+use crate::receivers::Receiver;
+use crate::scene_light::SceneLight;
+use crate::transport::{ScalarSignals, Transport, TransportBuilder};
+
+/// What the groups have in common.
+pub(crate) struct GroupWorker<'a> {
+    pub(crate) tracer: &'a Tracer,
+    pub(crate) atlas: &'a Atlas,
+    pub(crate) basis: Basis,
+    pub(crate) sky_basis: Basis,
+    pub(crate) probes: &'a PointGrid,
+    pub(crate) receivers: &'a [Receiver],
+    pub(crate) light: &'a SceneLight,
+    pub(crate) compressor: Compressor<'a>,
+}
+
+/// Gather hits from which a group's probes are chosen.
+const CHOICE_HITS: usize = 2048;
+
+/// Support radius as a multiple of the largest distance between the group's receivers and probes; greater
+/// than one, so that every chosen probe counts.
+const SUPPORT_MARGIN: f32 = 1.1;
+
+/// Error accepted for taking a whole patch's mean, as a share of the error accepted for the cluster: many such
+/// errors add up.
+const PATCH_ERROR_SHARE: f32 = 0.1;
+
+/// Expected strength of the coefficients of band l relative to band 0: a prior, not a measurement of the scene
+/// at hand. Radiance with edges falls off about so.
+fn band_strength(l: usize) -> f32 {
+    (1.0 + l as f32).powf(-1.5)
+}
+
+/// A receiver's gather rays and the surfels they meet.
+struct View {
+    rays: Vec<GatherRay>,
+    surfels: Vec<u32>,
+}
+
+impl GroupWorker<'_> {
+    /// Gathers and compresses a group.
+    pub(crate) fn bake_group(&self, group: &[u32]) -> FinishedGroup {
+        let views: Vec<View> = group.iter().map(|r| self.view(&self.receivers[*r as usize])).collect();
+        let is_hybrid = self.compressor.settings.method == Method::Hybrid;
+        let patches = match &self.light.ensemble {
+            Some(ensemble) if is_hybrid => self.choose_patches(ensemble, &views),
+            _ => PatchChoice::default(),
+        };
+        let probes = self.choose_probes(group, &views);
+        let builder = TransportBuilder {
+            tracer: self.tracer,
+            basis: &self.basis,
+            scalars: is_hybrid.then(|| self.scalar_signals(group, &patches)),
+            support_radius: SUPPORT_MARGIN * self.farthest_distance(group, &probes),
+            probes: probes.iter().map(|p| self.probes.positions[*p as usize]).collect(),
+        };
+        let mut transport = Transport::default();
+        for (receiver, view) in group.iter().zip(&views) {
+            builder.add_row(&self.receivers[*receiver as usize], &view.rays, &view.surfels, &mut transport);
+        }
+        if let Some(scalars) = &builder.scalars {
+            transport.signals = scalars.numbers();
+            transport.drop_unused_signals();
+        }
+        let matrix = GroupMatrix {
+            group,
+            rows: &transport.rows,
+            columns: transport.columns,
+            signals: &transport.signals,
+            probes: &probes,
+            metric: &self.metric(group.len(), &transport, &probes),
+        };
+        FinishedGroup {
+            clusters: self.compressor.compress(&matrix),
+            approximated_rays: transport.approximated_rays,
+            uncovered_rays: transport.uncovered_rays,
+        }
+    }
+
+    fn view(&self, receiver: &Receiver) -> View {
+        let settings = self.compressor.settings;
+        let rays: Vec<GatherRay> =
+            gather_rays(self.tracer, receiver, settings.gather_rays, settings.seed).collect();
+        let surfel =
+            |ray: &GatherRay| ray.hit.map_or(NONE, |hit| self.light.surfels.surfel_of_hit(self.atlas, &hit));
+        View { surfels: rays.iter().map(surfel).collect(), rays }
+    }
+
+    fn choose_patches(&self, ensemble: &LightEnsemble, views: &[View]) -> PatchChoice {
+        let mut seen: Vec<u32> = views.iter().flat_map(|view| view.surfels.iter().copied()).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        seen.retain(|surfel| *surfel != NONE);
+        let witnesses: Vec<Vec<(u32, f32)>> = views
+            .iter()
+            .step_by(views.len().div_ceil(WITNESSES))
+            .map(|view| {
+                let weight = std::f32::consts::PI / view.rays.len() as f32;
+                view.surfels.iter().filter(|s| **s != NONE).map(|surfel| (*surfel, weight)).collect()
+            })
+            .collect();
+        let error = PATCH_ERROR_SHARE * self.compressor.settings.max_cluster_error;
+        PatchChoice::new(&self.light.surfels, ensemble, &witnesses, &seen, error * error)
+    }
+
+    fn scalar_signals<'b>(&'b self, group: &[u32], patches: &'b PatchChoice) -> ScalarSignals<'b> {
+        ScalarSignals {
+            patches,
+            emitters: &self.light.emitters,
+            sampling: self.light.emitters.sampling(&bounds_of(self.receivers, group)),
+            sky: &self.sky_basis,
+            first_emitter_signal: self.light.surfels.patches() as u32,
+            near_radius: self.compressor.settings.near_radius,
+        }
+    }
+
+    /// The probes for rays that end far away; none where surfels take all light.
+    fn choose_probes(&self, group: &[u32], views: &[View]) -> Vec<u32> {
+        let settings = self.compressor.settings;
+        if settings.method == Method::Hybrid && settings.near_radius.is_none() {
+            return Vec::new();
+        }
+        let per_receiver = (CHOICE_HITS / group.len()).max(1);
+        let sample: Vec<GatherHit> = views
+            .iter()
+            .flat_map(|view| view.rays.iter().take(per_receiver))
+            .map(|ray| ray.end(self.tracer))
+            .collect();
+        let most = settings.probes_per_cluster as usize;
+        choose_probes(self.tracer, self.probes, self.receivers, group, &sample, most)
+    }
+
+    fn farthest_distance(&self, group: &[u32], probes: &[u32]) -> f32 {
+        let positions = || group.iter().map(|r| self.receivers[*r as usize].position);
+        probes
+            .iter()
+            .map(|p| self.probes.positions[*p as usize])
+            .flat_map(|probe: Vec3| positions().map(move |position| position.distance(probe)))
+            .fold(f32::MIN_POSITIVE, f32::max)
+    }
+
+    /// The metric of a group's decomposition.
+    fn metric(&self, receivers: usize, transport: &Transport, probes: &[u32]) -> SignalMetric {
+        let scalars = transport.signals.len();
+        let coefficient = |c: usize| coefficient_of_column(c - scalars, probes.len());
+        let ensemble = match (self.compressor.settings.metric, &self.light.ensemble) {
+            (Metric::Radiance, Some(ensemble)) => ensemble,
+            (Metric::Plain, _) => return SignalMetric::independent(vec![1.0; transport.columns]),
+            _ => {
+                let strength = |c: usize| if c < scalars { 1.0 } else { band_strength(band(coefficient(c).1)) };
+                return SignalMetric::independent((0..transport.columns).map(strength).collect());
+            }
+        };
+        let per_probe = coefficient_count(self.compressor.settings.sh_degree as usize);
+        let lit = |c: usize| match transport.signals.get(c) {
+            Some(signal) => ensemble.scalar(*signal as usize),
+            None => {
+                let (p, j) = coefficient(c);
+                ensemble.coefficient(probes[p] as usize * per_probe + j)
+            }
+        };
+        let rows: Vec<&[f32]> = (0..transport.columns).map(lit).collect();
+        let floor = rows
+            .iter()
+            .enumerate()
+            .map(|(c, row)| {
+                let mean_square = row.iter().map(|v| v * v).sum::<f32>() / row.len().max(1) as f32;
+                let parts = transport.signals.get(c).map_or(1.0, |s| self.light.surfels.surfels_in(*s) as f32);
+                (mean_square / parts).sqrt()
+            })
+            .collect();
+        let a = MatRef::from_row_major_slice(&transport.rows, receivers, transport.columns);
+        SignalMetric::radiance(
+            Mat::from_fn(transport.columns, ensemble.count, |c, i| rows[c][i]),
+            floor,
+            &a.to_owned(),
+        )
+    }
+}
+
+/// Probe (of `probes`) and coefficient of a column among the probes' columns, which are band-major.
+fn coefficient_of_column(column: usize, probes: usize) -> (usize, usize) {
+    let l = band(column / probes);
+    let within = column - probes * l * l;
+    (within / (2 * l + 1), l * l + within % (2 * l + 1))
+}

@@ -1,0 +1,409 @@
+//! Random but plausible lightings of the scene, and what each makes of the signals.
+//!
+//! The compression keeps what matters under light that may really occur. Each lighting is one source: a lamp or a spot in open space, a sun, a sky,
+//! an emitter. Since light adds up, their second moments hold for all mixtures. Bounces are computed on the
+//! surfels alone, with a few rays each.
+
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+use probelight_asset::{LightSample, NONE};
+use probelight_math::color::{linear_from_srgb8, luminance};
+use probelight_math::directions::quadrature_weights;
+use probelight_math::glam::Vec3;
+use probelight_math::sampling::{
+    Rng, cosine_hemisphere_from_square, hash_pair, sobol_owen, sphere_from_square, world_from_tangent,
+};
+use probelight_math::sh::Basis;
+use probelight_scene::Light;
+use probelight_trace::{Progress, Ray, Tracer, direct_irradiance};
+use rayon::prelude::*;
+
+use crate::BakeError;
+use crate::atlas::Atlas;
+use crate::emitters::Emitters;
+use crate::surfels::SurfelTree;
+
+/// Lightings of each kind; emitters take part one by one, up to a limit.
+const POINTS: usize = 112;
+const SPOTS: usize = 56;
+const SUNS: usize = 64;
+const SKIES: usize = 24;
+const MOST_EMITTERS: usize = 32;
+
+/// Rays per surfel for bounced light, light samples per surfel for direct light, and bounces.
+const RAYS: u32 = 64;
+const SAMPLES: usize = 4;
+const BOUNCES: usize = 4;
+
+/// The signals of a scene under each of many lightings. All lightings have the same mean surfel radiance, 1.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LightEnsemble {
+    /// Number of lightings.
+    pub(crate) count: usize,
+    /// Per scalar signal, then per lighting.
+    scalars: Vec<f32>,
+    /// Per probe and coefficient, then per lighting.
+    probes: Vec<f32>,
+    /// Per patch: mean over the lightings of the variance of its surfels' radiance.
+    spread: Vec<f32>,
+}
+
+impl LightEnsemble {
+    /// A scalar signal under each lighting.
+    pub(crate) fn scalar(&self, signal: usize) -> &[f32] {
+        &self.scalars[signal * self.count..][..self.count]
+    }
+
+    /// A probe's coefficient (numbered through all probes) under each lighting.
+    pub(crate) fn coefficient(&self, coefficient: usize) -> &[f32] {
+        &self.probes[coefficient * self.count..][..self.count]
+    }
+
+    /// Mean over the lightings of the variance of the radiance within a patch.
+    pub(crate) fn spread(&self, patch: u32) -> f32 {
+        self.spread[patch as usize]
+    }
+}
+
+/// What the ensemble is made from.
+pub(crate) struct EnsembleInput<'a> {
+    pub(crate) tracer: &'a Tracer,
+    pub(crate) atlas: &'a Atlas,
+    pub(crate) tree: &'a SurfelTree,
+    pub(crate) emitters: &'a Emitters,
+    /// Positions in open space, metres: where lamps may hang.
+    pub(crate) probes: &'a [Vec3],
+    pub(crate) directions: &'a [Vec3],
+    /// Per relight ray: the surfel it meets, or [`NONE`] for the sky.
+    pub(crate) relight_surfels: &'a [u32],
+    pub(crate) sh_degree: usize,
+    /// Band limit of the sky's own signals; without them the probes see the sky and the emitters.
+    pub(crate) sky_degree: Option<usize>,
+    pub(crate) seed: u64,
+}
+
+/// One source of light, of unit strength.
+enum Lighting {
+    Analytic(Light),
+    Sky(RandomSky),
+    Emitter(u32),
+}
+
+/// A sky with a gradient and a bright region.
+#[derive(Clone, Copy)]
+struct RandomSky {
+    zenith: f32,
+    horizon: f32,
+    ground: f32,
+    lobe: Vec3,
+    lobe_strength: f32,
+}
+
+impl RandomSky {
+    fn radiance(&self, direction: Vec3) -> f32 {
+        let pole = if direction.y > 0.0 { self.zenith } else { self.ground };
+        let gradient = self.horizon + (pole - self.horizon) * direction.y.abs();
+        gradient + self.lobe_strength * self.lobe.dot(direction).max(0.0).powi(4)
+    }
+}
+
+impl LightEnsemble {
+    /// Draws the lightings and lights the surfels and probes with each.
+    pub(crate) fn light(input: &EnsembleInput<'_>, progress: &dyn Progress) -> Result<Self, BakeError> {
+        let lightings = draw_lightings(input);
+        let (count, surfels) = (lightings.len(), input.tree.surfels.len());
+        progress.begin("lighting with random lights", surfels as u64);
+        let lit: Vec<LitSurfel> = (0..surfels)
+            .into_par_iter()
+            .map(|surfel| {
+                if progress.is_cancelled() {
+                    return LitSurfel::default();
+                }
+                progress.advance(1);
+                LitSurfel::light(input, &lightings, surfel)
+            })
+            .collect();
+        if progress.is_cancelled() {
+            return Err(BakeError::Cancelled);
+        }
+        let mut radiance = bounce(&lit, count);
+        let scales = normalize(&mut radiance, &input.tree.sizes[..surfels], count);
+        let mut ensemble = Self { count, scalars: radiance, ..Self::default() };
+        ensemble.spread = ensemble.add_groups(input.tree);
+        let sky = sky_of_directions(input.directions, &lightings, &scales);
+        ensemble.probes = ensemble.light_probes(input, &sky);
+        ensemble.add_emitters_and_sky(input, &lightings, &scales, &sky);
+        Ok(ensemble)
+    }
+
+    /// Appends the groups' radiance; returns the spread of every patch.
+    fn add_groups(&mut self, tree: &SurfelTree) -> Vec<f32> {
+        let count = self.count;
+        let mut squares = self.scalars.iter().map(|v| v * v).collect::<Vec<f32>>();
+        for group in &tree.groups {
+            let w = group.first_weight;
+            let [a, b] = group.children.map(|child| child as usize * count);
+            for i in 0..count {
+                self.scalars.push(w * self.scalars[a + i] + (1.0 - w) * self.scalars[b + i]);
+                squares.push(w * squares[a + i] + (1.0 - w) * squares[b + i]);
+            }
+        }
+        let of_patch = |(mean, square): (&[f32], &[f32])| {
+            let variance = |(m, s): (&f32, &f32)| (s - m * m).max(0.0);
+            mean.iter().zip(square).map(variance).sum::<f32>() / count.max(1) as f32
+        };
+        self.scalars.chunks(count.max(1)).zip(squares.chunks(count.max(1))).map(of_patch).collect()
+    }
+
+    /// The probes' coefficients from the surfels' radiance.
+    fn light_probes(&self, input: &EnsembleInput<'_>, sky: &[f32]) -> Vec<f32> {
+        let (count, rays) = (self.count, input.directions.len());
+        let basis = Basis::new(input.sh_degree);
+        let weights = quadrature_weights(input.directions, 2 * input.sh_degree);
+        let mut table = vec![0.0; rays * basis.len()];
+        for ((row, direction), weight) in table.chunks_mut(basis.len()).zip(input.directions).zip(weights) {
+            basis.evaluate(*direction, row);
+            row.iter_mut().for_each(|y| *y *= weight);
+        }
+        let sky = input.sky_degree.is_none().then_some(sky);
+        let per_probe: Vec<Vec<f32>> = input
+            .relight_surfels
+            .par_chunks(rays.max(1))
+            .map(|surfels| {
+                let mut sums = vec![0.0; basis.len() * count];
+                for (ray, surfel) in surfels.iter().enumerate() {
+                    let radiance = match (*surfel, sky) {
+                        (NONE, None) => continue,
+                        (NONE, Some(sky)) => &sky[ray * count..][..count],
+                        (surfel, _) => self.scalar(surfel as usize),
+                    };
+                    for (sums, y) in sums.chunks_mut(count).zip(&table[ray * basis.len()..][..basis.len()]) {
+                        add_scaled(sums, *y, radiance);
+                    }
+                }
+                sums
+            })
+            .collect();
+        per_probe.concat()
+    }
+
+    /// Appends the emitters' and the sky's signals.
+    fn add_emitters_and_sky(
+        &mut self,
+        input: &EnsembleInput<'_>,
+        lightings: &[Lighting],
+        scales: &[f32],
+        sky: &[f32],
+    ) {
+        for signal in 0..input.emitters.signals.len() as u32 {
+            let is_on = |l: &Lighting| matches!(l, Lighting::Emitter(e) if *e == signal);
+            let radiance = lightings.iter().zip(scales).map(|(l, scale)| if is_on(l) { *scale } else { 0.0 });
+            self.scalars.extend(radiance);
+        }
+        let Some(degree) = input.sky_degree else { return };
+        let basis = Basis::new(degree);
+        let weights = quadrature_weights(input.directions, 2 * degree);
+        let mut sums = vec![0.0; basis.len() * self.count];
+        let mut y = vec![0.0; basis.len()];
+        for ((direction, weight), sky) in input.directions.iter().zip(weights).zip(sky.chunks(self.count)) {
+            basis.evaluate(*direction, &mut y);
+            for (sums, y) in sums.chunks_mut(self.count).zip(&y) {
+                add_scaled(sums, weight * y, sky);
+            }
+        }
+        self.scalars.extend(sums);
+    }
+}
+
+/// Draws the sources of light.
+fn draw_lightings(input: &EnsembleInput<'_>) -> Vec<Lighting> {
+    let mut rng = Rng::new(input.seed, 0x11_67);
+    let mut lightings = Vec::new();
+    let count = if input.probes.is_empty() { 0 } else { POINTS + SPOTS };
+    for i in 0..count {
+        // Evenly through the probes, so that every room gets its lamps.
+        let at = (i as f32 + rng.next_f32()) / count as f32 * input.probes.len() as f32;
+        let position = input.probes[(at as usize).min(input.probes.len() - 1)];
+        let direction = sphere_from_square(rng.next_vec2());
+        let outer_angle = 0.2 + 0.6 * rng.next_f32();
+        lightings.push(Lighting::Analytic(if i % 3 == 2 {
+            let inner_angle = outer_angle * rng.next_f32();
+            Light::Spot { position, direction, intensity: Vec3::ONE, inner_angle, outer_angle }
+        } else {
+            Light::Point { position, intensity: Vec3::ONE }
+        }));
+    }
+    for i in 0..SUNS {
+        let u = sobol_owen(i as u32, hash_pair(input.seed as u32, 3));
+        let (height, azimuth) = (0.05 + 0.95 * u.x, TAU * u.y);
+        let across = (1.0 - height * height).sqrt();
+        let direction = Vec3::new(across * azimuth.cos(), -height, across * azimuth.sin());
+        lightings.push(Lighting::Analytic(Light::Directional { direction, irradiance: Vec3::ONE }));
+    }
+    for i in 0..SKIES {
+        let mut random = || rng.next_f32();
+        let (zenith, horizon, ground) = (random(), random(), random());
+        let lobe_strength = if i % 2 == 0 { 0.0 } else { 4.0 * random() };
+        let lobe = sphere_from_square(rng.next_vec2());
+        let lobe = Vec3::new(lobe.x, lobe.y.abs(), lobe.z);
+        lightings.push(Lighting::Sky(RandomSky { zenith, horizon, ground, lobe, lobe_strength }));
+    }
+    let emitters = input.emitters.signals.len();
+    let step = emitters.div_ceil(MOST_EMITTERS).max(1);
+    lightings.extend((0..emitters as u32).step_by(step).map(Lighting::Emitter));
+    lightings
+}
+
+/// The sky's radiance along each direction, then under each lighting.
+fn sky_of_directions(directions: &[Vec3], lightings: &[Lighting], scales: &[f32]) -> Vec<f32> {
+    let radiance = |direction: &Vec3, lighting: &Lighting| match lighting {
+        Lighting::Sky(sky) => sky.radiance(*direction),
+        _ => 0.0,
+    };
+    let along = |direction| lightings.iter().zip(scales).map(move |(l, scale)| scale * radiance(direction, l));
+    directions.iter().flat_map(along).collect()
+}
+
+/// A surfel's light without bounces, and where its bounces come from.
+#[derive(Clone, Debug, Default)]
+struct LitSurfel {
+    /// Radiance without bounces, per lighting.
+    unbounced: Vec<f32>,
+    /// Surfels that its rays meet, one entry for each such ray.
+    seen: Vec<u32>,
+    /// Share of the irradiance that each ray brings, times the albedo over π.
+    weight: f32,
+}
+
+impl LitSurfel {
+    fn light(input: &EnsembleInput<'_>, lightings: &[Lighting], surfel: usize) -> Self {
+        let surfel_samples = input.tree.surfels[surfel];
+        let samples = &input.tree.light_samples[surfel_samples.first_sample as usize..]
+            [..surfel_samples.sample_count as usize];
+        let chosen: Vec<&LightSample> = samples.iter().step_by(samples.len().div_ceil(SAMPLES)).collect();
+        let albedo = samples.iter().map(|s| albedo(input.tracer, s)).sum::<f32>() / samples.len() as f32;
+        let mut lit = Self {
+            unbounced: direct_irradiances(input, lightings, &chosen),
+            seen: Vec::new(),
+            weight: albedo * FRAC_1_PI * PI / RAYS as f32,
+        };
+        for irradiance in &mut lit.unbounced {
+            *irradiance *= albedo * FRAC_1_PI;
+        }
+        for ray in 0..RAYS {
+            let sample = chosen[ray as usize % chosen.len()];
+            lit.follow_ray(input, lightings, sample, sobol_owen(ray, hash_pair(surfel as u32, 0x5e1f)));
+        }
+        if input.sky_degree.is_none() {
+            lit.add_own_emission(input, lightings, samples);
+        }
+        lit
+    }
+
+    /// Adds what one ray brings: the sky's or an emitter's light at once, a surfel's later.
+    fn follow_ray(
+        &mut self,
+        input: &EnsembleInput<'_>,
+        lightings: &[Lighting],
+        sample: &LightSample,
+        u: probelight_math::glam::Vec2,
+    ) {
+        let normal = side_normal(input.tracer, sample);
+        let direction = world_from_tangent(normal) * cosine_hemisphere_from_square(u);
+        let origin = sample.position + normal * input.tracer.offset();
+        let Some(hit) = input.tracer.closest_hit(&Ray::new(origin, direction)) else {
+            for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
+                if let Lighting::Sky(sky) = lighting {
+                    *value += self.weight * sky.radiance(direction);
+                }
+            }
+            return;
+        };
+        if let Some(signal) = input.emitters.signal_of_hit(&hit) {
+            for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
+                if matches!(lighting, Lighting::Emitter(e) if *e == signal) {
+                    *value += self.weight;
+                }
+            }
+        }
+        let surfel = input.tree.surfel_of_hit(input.atlas, &hit);
+        if surfel != NONE {
+            self.seen.push(surfel);
+        }
+    }
+
+    /// Emission that the probes see, where emitters have no signals of their own.
+    fn add_own_emission(&mut self, input: &EnsembleInput<'_>, lightings: &[Lighting], samples: &[LightSample]) {
+        for sample in samples.iter().filter(|s| s.base_color_and_side[3] == 0) {
+            let signal = input.emitters.signal_of_triangle(sample.triangle);
+            for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
+                if matches!(lighting, Lighting::Emitter(e) if Some(*e) == signal) {
+                    *value += 1.0 / samples.len() as f32;
+                }
+            }
+        }
+    }
+}
+
+/// Mean irradiance of some light samples straight from each analytic lighting.
+fn direct_irradiances(input: &EnsembleInput<'_>, lightings: &[Lighting], samples: &[&LightSample]) -> Vec<f32> {
+    let irradiance = |lighting: &Lighting| match lighting {
+        Lighting::Analytic(light) => {
+            let lights = std::slice::from_ref(light);
+            let at = |s: &&LightSample| {
+                direct_irradiance(input.tracer, lights, s.position, side_normal(input.tracer, s)).x
+            };
+            samples.iter().map(at).sum::<f32>() / samples.len() as f32
+        }
+        _ => 0.0,
+    };
+    lightings.iter().map(irradiance).collect()
+}
+
+fn side_normal(tracer: &Tracer, sample: &LightSample) -> Vec3 {
+    let front = tracer.front_normal(sample.triangle);
+    if sample.base_color_and_side[3] == 0 { front } else { -front }
+}
+
+fn albedo(tracer: &Tracer, sample: &LightSample) -> f32 {
+    let factor = tracer.scene().material(sample.triangle as usize).base_color.truncate();
+    let [r, g, b, _] = sample.base_color_and_side;
+    luminance(factor * linear_from_srgb8([r, g, b]))
+}
+
+/// The surfels' radiance per lighting, after some bounces.
+fn bounce(lit: &[LitSurfel], count: usize) -> Vec<f32> {
+    let mut radiance: Vec<f32> = lit.iter().flat_map(|surfel| surfel.unbounced.iter().copied()).collect();
+    for _ in 0..BOUNCES {
+        let mut next = vec![0.0; radiance.len()];
+        next.par_chunks_mut(count.max(1)).zip(lit).for_each(|(next, surfel)| {
+            for seen in &surfel.seen {
+                add_scaled(next, surfel.weight, &radiance[*seen as usize * count..][..count]);
+            }
+            add_scaled(next, 1.0, &surfel.unbounced);
+        });
+        radiance = next;
+    }
+    radiance
+}
+
+/// Scales each lighting to a mean radiance of 1; returns the factors, 0 for lightings that reach nothing.
+fn normalize(radiance: &mut [f32], sizes: &[u32], count: usize) -> Vec<f32> {
+    let mut sums = vec![0f32; count];
+    for (values, size) in radiance.chunks(count.max(1)).zip(sizes) {
+        add_scaled(&mut sums, *size as f32, values);
+    }
+    let total: f32 = sizes.iter().map(|s| *s as f32).sum();
+    let scales: Vec<f32> = sums.into_iter().map(|sum| if sum > 0.0 { total / sum } else { 0.0 }).collect();
+    for values in radiance.chunks_mut(count.max(1)) {
+        values.iter_mut().zip(&scales).for_each(|(value, scale)| *value *= scale);
+    }
+    scales
+}
+
+/// `sums += factor · values`.
+fn add_scaled(sums: &mut [f32], factor: f32, values: &[f32]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += factor * value;
+    }
+}

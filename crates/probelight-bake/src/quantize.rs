@@ -1,0 +1,164 @@
+//! Storing a decomposition in as few bits as its error allows.
+
+use faer::Mat;
+use probelight_asset::packed::{Precision, Ranks};
+
+/// U and ΣVᵀ of a cluster, and what each singular value is worth.
+pub(crate) struct Factors<'a> {
+    /// Orthonormal columns.
+    pub(crate) u: &'a Mat<f32>,
+    /// ΣVᵀ = Uᵀ A.
+    pub(crate) w: &'a Mat<f32>,
+    /// Energy of each component in the metric, descending.
+    pub(crate) energies: &'a [f64],
+    /// Energy of the whole matrix.
+    pub(crate) total: f64,
+}
+
+/// Matrices in words, and how to read them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PackedFactors {
+    pub(crate) ranks: Ranks,
+    pub(crate) receiver_basis: Vec<u32>,
+    pub(crate) signal_basis: Vec<u32>,
+    pub(crate) row_scales: Vec<f32>,
+    pub(crate) column_exponents: Vec<u8>,
+    /// Relative error in the metric, of truncation and rounding together.
+    pub(crate) error: f32,
+}
+
+/// Column exponents count eighths of octaves.
+const STEPS_PER_OCTAVE: f32 = 8.0;
+
+/// Packs the factors with the fewest bits that keep the relative error at `target`, or with the least error
+/// if none does. `moments` are the signals' mean squares.
+pub(crate) fn quantize(
+    factors: &Factors<'_>,
+    moments: &[f32],
+    is_packed: bool,
+    target: f64,
+) -> PackedFactors {
+    let scales = Scales::of(factors);
+    let noise = RoundingNoise::of(factors, &scales, moments);
+    let (ranks, energy) = choose_ranks(factors, &noise, is_packed, target);
+    let mut packed = PackedFactors {
+        ranks,
+        column_exponents: scales.column_exponents.clone(),
+        error: (energy / factors.total.max(f64::MIN_POSITIVE)).max(0.0).sqrt() as f32,
+        ..PackedFactors::default()
+    };
+    for k in 0..ranks.total() as usize {
+        let precision = ranks.precision(k);
+        let line: Vec<f32> = factors.u.col(k).iter().map(|u| u / scales.receivers[k]).collect();
+        precision.pack(&line, &mut packed.receiver_basis);
+        let line: Vec<f32> = (0..factors.w.ncols())
+            .map(|c| factors.w[(k, c)] / (scales.rows[k] * scales.column(c)))
+            .collect();
+        precision.pack(&line, &mut packed.signal_basis);
+        packed.row_scales.push(scales.rows[k] * scales.receivers[k]);
+    }
+    packed
+}
+
+/// Factors that bring all values into −1 to 1.
+struct Scales {
+    /// Per column of U.
+    receivers: Vec<f32>,
+    /// Per row of ΣVᵀ.
+    rows: Vec<f32>,
+    column_exponents: Vec<u8>,
+}
+
+impl Scales {
+    fn of(factors: &Factors<'_>) -> Self {
+        let (rank, columns) = (factors.w.nrows(), factors.w.ncols());
+        let strength = |k: usize| (factors.energies[k].sqrt() as f32).max(f32::MIN_POSITIVE);
+        // How large a column's entries are against their rows' strengths.
+        let share = |c: usize| (0..rank).map(|k| factors.w[(k, c)].abs() / strength(k)).fold(0.0, f32::max);
+        let shares: Vec<f32> = (0..columns).map(share).collect();
+        let largest = shares.iter().fold(f32::MIN_POSITIVE, |a, b| a.max(*b));
+        let exponent = |share: &f32| ((-STEPS_PER_OCTAVE * (share / largest).log2()).max(0.0)) as u8;
+        let mut scales = Self {
+            receivers: Vec::new(),
+            rows: Vec::new(),
+            column_exponents: shares.iter().map(exponent).collect(),
+        };
+        let largest_or_one = |values: &mut dyn Iterator<Item = f32>| {
+            let largest = values.fold(0f32, |largest, value| largest.max(value.abs()));
+            if largest > 0.0 { largest } else { 1.0 }
+        };
+        for k in 0..rank {
+            scales.receivers.push(largest_or_one(&mut factors.u.col(k).iter().copied()));
+            let row = &mut (0..columns).map(|c| factors.w[(k, c)] / scales.column(c));
+            scales.rows.push(largest_or_one(row));
+        }
+        scales
+    }
+
+    fn column(&self, c: usize) -> f32 {
+        (-f32::from(self.column_exponents[c]) / STEPS_PER_OCTAVE).exp2()
+    }
+}
+
+/// Energy that rounding each component to steps of 1 adds; it grows with the square of the step.
+struct RoundingNoise(Vec<f64>);
+
+impl RoundingNoise {
+    fn of(factors: &Factors<'_>, scales: &Scales, moments: &[f32]) -> Self {
+        // The variance of rounding to steps of 1.
+        const VARIANCE: f64 = 1.0 / 12.0;
+        let squared = |v: f32| f64::from(v) * f64::from(v);
+        let columns: f64 =
+            moments.iter().enumerate().map(|(c, m)| squared(scales.column(c)) * f64::from(*m)).sum();
+        let of_component = |k: usize| {
+            let of_u = factors.u.nrows() as f64 * squared(scales.receivers[k]) * factors.energies[k];
+            let of_w = squared(scales.rows[k]) * columns;
+            VARIANCE * (of_u + of_w)
+        };
+        Self((0..factors.energies.len()).map(of_component).collect())
+    }
+
+    fn at(&self, k: usize, precision: Precision) -> f64 {
+        self.0[k] * f64::from(precision.step()).powi(2)
+    }
+}
+
+/// The cheapest ranks within the target, or those with the least error; and the energy of their error.
+fn choose_ranks(
+    factors: &Factors<'_>,
+    noise: &RoundingNoise,
+    is_packed: bool,
+    target: f64,
+) -> (Ranks, f64) {
+    let most = factors.energies.len();
+    let accepted = target * target * factors.total;
+    let tail = |kept: usize| (factors.total - factors.energies[..kept].iter().sum::<f64>()).max(0.0);
+    if !is_packed {
+        let rank = (0..=most).find(|rank| tail(*rank) <= accepted).unwrap_or(most);
+        let rounding: f64 = (0..rank).map(|k| noise.at(k, Precision::F16)).sum();
+        return (Ranks { f16: rank as u32, ..Ranks::default() }, tail(rank) + rounding);
+    }
+    let mut best: Option<(usize, Ranks, f64)> = None;
+    let mut least: Option<(Ranks, f64)> = None;
+    for total in 0..=most {
+        let truncated = tail(total);
+        let mut energy = truncated + (0..total).map(|k| noise.at(k, Precision::Snorm4)).sum::<f64>();
+        for fine in 0..=total {
+            if fine > 0 {
+                energy += noise.at(fine - 1, Precision::Snorm8) - noise.at(fine - 1, Precision::Snorm4);
+            }
+            let ranks = Ranks { f16: 0, snorm8: fine as u32, snorm4: (total - fine) as u32 };
+            let bits = 8 * fine + 4 * (total - fine);
+            if energy <= accepted && best.as_ref().is_none_or(|(fewest, ..)| bits < *fewest) {
+                best = Some((bits, ranks, energy));
+            }
+            if least.as_ref().is_none_or(|(_, smallest)| energy < *smallest) {
+                least = Some((ranks, energy));
+            }
+        }
+    }
+    match (best, least) {
+        (Some((_, ranks, energy)), _) | (None, Some((ranks, energy))) => (ranks, energy),
+        (None, None) => (Ranks::default(), factors.total),
+    }
+}
