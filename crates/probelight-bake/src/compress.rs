@@ -5,7 +5,7 @@
 //! never occurs. The decomposition is therefore taken in a metric: U holds the eigenvectors of `A M Aᵀ`, where M
 //! is the signals' expected second moment, and ΣVᵀ = Uᵀ A, which is the best for that U in any metric.
 
-use faer::{Mat, MatRef, Side};
+use faer::{Mat, MatRef, Scale, Side};
 use probelight_asset::packed::Ranks;
 use probelight_asset::{BakeSettings, Storage};
 use probelight_scene::Bounds;
@@ -43,8 +43,8 @@ pub(crate) struct CompressedCluster {
 pub(crate) struct GroupMatrix<'a> {
     /// Receivers (indices).
     pub(crate) group: &'a [u32],
-    /// Row-major, one row per receiver of the group.
-    pub(crate) rows: &'a [f32],
+    /// Two estimates of A from half of the rays each, row-major, one row per receiver of the group.
+    pub(crate) halves: [&'a [f32]; 2],
     pub(crate) columns: usize,
     pub(crate) signals: &'a [u32],
     pub(crate) probes: &'a [u32],
@@ -73,14 +73,17 @@ const FEWEST_RECEIVERS_PER_RANK: usize = 8;
 impl Compressor<'_> {
     /// Compresses the matrix of a group of receivers.
     pub(crate) fn compress(&self, matrix: &GroupMatrix<'_>) -> Vec<CompressedCluster> {
-        let rows = MatRef::from_row_major_slice(matrix.rows, matrix.group.len(), matrix.columns);
+        let halves =
+            matrix.halves.map(|rows| MatRef::from_row_major_slice(rows, matrix.group.len(), matrix.columns));
         let mut pending =
             vec![Block { receivers: matrix.group.to_vec(), rows: (0..matrix.group.len()).collect() }];
         let mut clusters = Vec::new();
         while let Some(mut block) = pending.pop() {
             self.sort_coarsest_first(&mut block);
-            let a = Mat::from_fn(block.rows.len(), matrix.columns, |r, c| rows[(block.rows[r], c)]);
-            let cluster = self.decompose(&block, &a, matrix);
+            let halves = halves.map(|half| {
+                Mat::from_fn(block.rows.len(), matrix.columns, |r, c| half[(block.rows[r], c)])
+            });
+            let cluster = self.decompose(&block, &halves, matrix);
             let can_split =
                 block.rows.len() >= 2 * FEWEST_RECEIVERS_PER_RANK * self.settings.max_rank as usize;
             if cluster.error > self.settings.max_cluster_error && can_split {
@@ -117,11 +120,18 @@ impl Compressor<'_> {
     }
 
     /// The principal components of a block, with as many singular values and bits as the error asks for.
-    fn decompose(&self, block: &Block, a: &Mat<f32>, matrix: &GroupMatrix<'_>) -> CompressedCluster {
+    fn decompose(&self, block: &Block, halves: &[Mat<f32>; 2], matrix: &GroupMatrix<'_>) -> CompressedCluster {
+        let a = (&halves[0] + &halves[1]) * Scale(0.5);
         let most = (self.settings.max_rank as usize).min(a.nrows());
-        let (u, energies, total) = principal_components(a, matrix.metric, most);
-        let w = u.transpose() * a;
-        let factors = Factors { u: &u, w: &w, energies: &energies, total };
+        let components = Components::of(&a, halves, matrix.metric, most);
+        let w = components.u.transpose() * &a;
+        let factors = Factors {
+            u: &components.u,
+            w: &w,
+            energies: &components.energies,
+            tails: &components.tails,
+            total: components.total,
+        };
         let is_packed = self.settings.storage == Storage::Packed;
         let target = f64::from(self.settings.max_cluster_error);
         let packed = quantize(&factors, &matrix.metric.second_moments(), is_packed, target);
@@ -139,22 +149,55 @@ impl Compressor<'_> {
     }
 }
 
-/// The leading eigenvectors of `A M Aᵀ` as columns, their eigenvalues in descending order, and the sum of all
-/// eigenvalues. A matrix that does not decompose (it holds no finite numbers) has none.
-fn principal_components(a: &Mat<f32>, metric: &SignalMetric, most: usize) -> (Mat<f32>, Vec<f64>, f64) {
-    let gram = metric.gram(a);
-    let total: f64 = (0..gram.nrows()).map(|r| gram[(r, r)]).sum();
-    let Ok(eigen) = gram.self_adjoint_eigen(Side::Lower) else {
-        return (Mat::zeros(a.nrows(), 0), Vec::new(), 0.0);
-    };
-    // Ascending, as faer has them.
-    let (vectors, values) = (eigen.U(), eigen.S().column_vector());
-    let last = a.nrows() - 1;
-    // Below this the Gram matrix holds rounding errors.
-    let useful = |k: &usize| values[last - k] > 1e-12 * total;
-    let kept: Vec<usize> = (0..most).take_while(useful).collect();
-    let u = Mat::from_fn(a.nrows(), kept.len(), |r, k| vectors[(r, last - k)] as f32);
-    (u, kept.iter().map(|k| values[last - k]).collect(), total)
+/// The principal components of a matrix in a metric.
+struct Components {
+    /// Orthonormal columns: the leading eigenvectors of `A M Aᵀ`.
+    u: Mat<f32>,
+    /// Their eigenvalues, descending.
+    energies: Vec<f64>,
+    /// Energy that is lost if only the first k are kept, for every k.
+    tails: Vec<f64>,
+    /// Energy of the whole matrix.
+    total: f64,
+}
+
+impl Components {
+    /// Decomposes A. Where the metric knows the light, the noise of the gather rays does not count as lost
+    /// energy: it is told from light by being different in the two halves. A matrix that does not decompose (it
+    /// holds no finite numbers) has no components.
+    fn of(a: &Mat<f32>, halves: &[Mat<f32>; 2], metric: &SignalMetric, most: usize) -> Self {
+        let gram = metric.gram(a, a);
+        let trace: f64 = (0..gram.nrows()).map(|r| gram[(r, r)]).sum();
+        let Ok(eigen) = gram.self_adjoint_eigen(Side::Lower) else {
+            return Self { u: Mat::zeros(a.nrows(), 0), energies: Vec::new(), tails: vec![0.0], total: 0.0 };
+        };
+        // Ascending, as faer has them.
+        let (vectors, values) = (eigen.U(), eigen.S().column_vector());
+        let last = a.nrows() - 1;
+        // Below this the Gram matrix holds rounding errors.
+        let useful = |k: &usize| values[last - k] > 1e-12 * trace;
+        let kept = (0..most).take_while(useful).count();
+        let energies: Vec<f64> = (0..kept).map(|k| values[last - k]).collect();
+        let (total, shares) = if metric.knows_the_light() {
+            let cross = metric.gram(&halves[0], &halves[1]);
+            let rotated = &cross * vectors;
+            let share = |k: usize| -> f64 {
+                vectors.col(last - k).iter().zip(rotated.col(last - k).iter()).map(|(u, v)| u * v).sum()
+            };
+            let total = (0..cross.nrows()).map(|r| cross[(r, r)]).sum();
+            (total, (0..kept).map(share).collect())
+        } else {
+            (trace, energies.clone())
+        };
+        let mut rest = total;
+        let mut tails = vec![rest];
+        for share in shares {
+            rest -= share;
+            tails.push(rest.max(0.0));
+        }
+        let u = Mat::from_fn(a.nrows(), kept, |r, k| vectors[(r, last - k)] as f32);
+        Self { u, energies, tails, total }
+    }
 }
 
 /// Box around a cluster's receivers.

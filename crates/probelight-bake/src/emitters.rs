@@ -16,9 +16,10 @@ use probelight_trace::{Hit, Tracer};
 
 use crate::receivers::Receiver;
 
-/// Points on emitters per receiver, divided among the patches by how large they look; each gets a few.
-const SAMPLES: f32 = 128.0;
-const FEWEST_SAMPLES: u32 = 4;
+/// Points on emitters per receiver and half of the estimate, divided among the patches by how large they look;
+/// each gets a few.
+const SAMPLES: f32 = 64.0;
+const FEWEST_SAMPLES: u32 = 2;
 
 /// Patches are split until they are this wide, as a multiple of a surfel's width.
 const WIDTHS_PER_PATCH: f32 = 4.0;
@@ -133,13 +134,14 @@ impl Emitters {
     }
 
     /// Adds the form factors (steradians, cosine-weighted) of all emitters seen from a receiver to `sums`, one
-    /// for each signal. `rays` gather rays with the given hits are part of the estimate.
+    /// for each signal: one of two independent estimates. `rays` gather rays with the given hits are part of it.
     pub(crate) fn add_form_factors<'h>(
         &self,
         tracer: &Tracer,
         receiver: &Receiver,
         sampling: &EmitterSampling,
-        rays: u32,
+        half: usize,
+        rays: usize,
         hits: impl Iterator<Item = (Vec3, &'h Hit)>,
         sums: &mut [f32],
     ) {
@@ -158,7 +160,7 @@ impl Emitters {
         }
         for (p, (patch, samples)) in self.patches.iter().zip(&sampling.0).enumerate() {
             for sample in 0..*samples {
-                let u = sobol_owen(sample, hash_pair(receiver.texel, 0x5eed ^ p as u32));
+                let u = sobol_owen(sample + half as u32 * samples, hash_pair(receiver.texel, 0x5eed ^ p as u32));
                 let (triangle, barycentric) = patch.point(u);
                 let [a, b, c] = tracer.scene().corners(triangle as usize);
                 let normal = tracer.front_normal(triangle);

@@ -1,6 +1,6 @@
 //! Bakes groups of receivers, one at a time and independently of each other.
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, Scale};
 use probelight_asset::{Method, Metric, NONE};
 use probelight_math::glam::Vec3;
 use probelight_math::sh::{Basis, band, coefficient_count};
@@ -81,7 +81,7 @@ impl GroupWorker<'_> {
         }
         let matrix = GroupMatrix {
             group,
-            rows: &transport.rows,
+            halves: transport.halves.each_ref().map(Vec::as_slice),
             columns: transport.columns,
             signals: &transport.signals,
             probes: &probes,
@@ -186,12 +186,12 @@ impl GroupWorker<'_> {
                 (mean_square / parts).sqrt()
             })
             .collect();
-        let a = MatRef::from_row_major_slice(&transport.rows, receivers, transport.columns);
-        SignalMetric::radiance(
-            Mat::from_fn(transport.columns, ensemble.count, |c, i| rows[c][i]),
-            floor,
-            &a.to_owned(),
-        )
+        let [first, second] = transport
+            .halves
+            .each_ref()
+            .map(|rows| MatRef::from_row_major_slice(rows, receivers, transport.columns));
+        let lit = Mat::from_fn(transport.columns, ensemble.count, |c, i| rows[c][i]);
+        SignalMetric::radiance(lit, floor, &((first + second) * Scale(0.5)))
     }
 }
 

@@ -46,13 +46,17 @@ impl SignalMetric {
         Self { strengths: floor, lit: Some(lit) }
     }
 
-    /// `A M Aᵀ`.
-    pub(crate) fn gram(&self, a: &Mat<f32>) -> Mat<f64> {
-        let scaled = Mat::from_fn(a.nrows(), a.ncols(), |r, c| a[(r, c)] * self.strengths[c]);
-        let mut gram = &scaled * scaled.transpose();
+    /// Whether the metric holds light as lightings make it.
+    pub(crate) fn knows_the_light(&self) -> bool {
+        self.lit.is_some()
+    }
+
+    /// `A M Bᵀ`.
+    pub(crate) fn gram(&self, a: &Mat<f32>, b: &Mat<f32>) -> Mat<f64> {
+        let scaled = Mat::from_fn(a.nrows(), a.ncols(), |r, c| a[(r, c)] * self.strengths[c].powi(2));
+        let mut gram = &scaled * b.transpose();
         if let Some(lit) = &self.lit {
-            let arriving = a * lit;
-            gram += &arriving * arriving.transpose();
+            gram += (a * lit) * (b * lit).transpose();
         }
         Mat::from_fn(gram.nrows(), gram.ncols(), |r, c| f64::from(gram[(r, c)]))
     }

@@ -11,6 +11,8 @@ pub(crate) struct Factors<'a> {
     pub(crate) w: &'a Mat<f32>,
     /// Energy of each component in the metric, descending.
     pub(crate) energies: &'a [f64],
+    /// Energy that is lost if only the first k are kept, for every k.
+    pub(crate) tails: &'a [f64],
     /// Energy of the whole matrix.
     pub(crate) total: f64,
 }
@@ -132,7 +134,7 @@ fn choose_ranks(
 ) -> (Ranks, f64) {
     let most = factors.energies.len();
     let accepted = target * target * factors.total;
-    let tail = |kept: usize| (factors.total - factors.energies[..kept].iter().sum::<f64>()).max(0.0);
+    let tail = |kept: usize| factors.tails[kept];
     if !is_packed {
         let rank = (0..=most).find(|rank| tail(*rank) <= accepted).unwrap_or(most);
         let rounding: f64 = (0..rank).map(|k| noise.at(k, Precision::F16)).sum();

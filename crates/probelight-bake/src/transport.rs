@@ -20,9 +20,9 @@ use crate::receivers::Receiver;
 /// A cluster's uncompressed transport.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Transport {
-    /// Row-major A, steradians: one row per receiver; scalar signals, then the probes' coefficients in the
-    /// asset's band-major order.
-    pub(crate) rows: Vec<f32>,
+    /// Two estimates of A from half of the rays each, steradians. Row-major, one row per receiver; scalar
+    /// signals, then the probes' coefficients in the asset's band-major order.
+    pub(crate) halves: [Vec<f32>; 2],
     /// Number of columns.
     pub(crate) columns: usize,
     /// The scalar signals of the leading columns, in the asset's numbering.
@@ -37,10 +37,15 @@ impl Transport {
     /// Removes scalar signals that no receiver of the cluster takes light from.
     pub(crate) fn drop_unused_signals(&mut self) {
         let is_used: Vec<bool> = (0..self.columns)
-            .map(|c| c >= self.signals.len() || self.rows[c..].iter().step_by(self.columns).any(|v| *v != 0.0))
+            .map(|c| {
+                let mut values = self.halves.iter().flat_map(|half| half[c..].iter().step_by(self.columns));
+                c >= self.signals.len() || values.any(|v| *v != 0.0)
+            })
             .collect();
-        let mut column = is_used.iter().cycle();
-        self.rows.retain(|_| column.next().is_some_and(|used| *used));
+        for half in &mut self.halves {
+            let mut column = is_used.iter().cycle();
+            half.retain(|_| column.next().is_some_and(|used| *used));
+        }
         let mut column = is_used.iter();
         self.signals.retain(|_| column.next().is_some_and(|used| *used));
         self.columns = is_used.iter().filter(|used| **used).count();
@@ -109,7 +114,7 @@ const NEGLIGIBLE_REST: f32 = 0.02;
 const NEAREST_SHARE: f32 = 0.01;
 
 impl TransportBuilder<'_> {
-    /// Adds a receiver's row from its gather rays and the surfels that they meet.
+    /// Adds a receiver's row to both halves, each from one half of its gather rays and the surfels they meet.
     pub(crate) fn add_row(
         &self,
         receiver: &Receiver,
@@ -117,14 +122,27 @@ impl TransportBuilder<'_> {
         surfels: &[u32],
         transport: &mut Transport,
     ) {
+        let middle = rays.len() / 2;
+        self.add_half_row(receiver, &rays[..middle], &surfels[..middle], 0, transport);
+        self.add_half_row(receiver, &rays[middle..], &surfels[middle..], 1, transport);
+    }
+
+    fn add_half_row(
+        &self,
+        receiver: &Receiver,
+        rays: &[GatherRay],
+        surfels: &[u32],
+        half: usize,
+        transport: &mut Transport,
+    ) {
         let weight = PI / rays.len() as f32;
         let mut far = Vec::new();
         if let Some(scalars) = &self.scalars {
-            self.add_scalar_signals(scalars, receiver, rays, surfels, &mut far, transport);
+            self.add_scalar_signals(scalars, receiver, rays, surfels, half, &mut far, transport);
         } else {
             far.extend(rays.iter().map(|ray| (ray.end(self.tracer), weight)));
         }
-        self.add_probes(receiver, &far, transport);
+        self.add_probes(receiver, &far, half, transport);
         let scalars = self.scalars.as_ref().map_or(0, |s| s.first_sky_column() + s.sky.len());
         transport.columns = scalars + self.probes.len() * self.basis.len();
     }
@@ -136,6 +154,7 @@ impl TransportBuilder<'_> {
         receiver: &Receiver,
         rays: &[GatherRay],
         surfels: &[u32],
+        half: usize,
         far: &mut Vec<(GatherHit, f32)>,
         transport: &mut Transport,
     ) {
@@ -159,14 +178,20 @@ impl TransportBuilder<'_> {
         }
         let (_, emitters) = row.split_at_mut(scalars.patches.patches.len());
         let hits = rays.iter().filter_map(|ray| Some((ray.direction, ray.hit.as_ref()?)));
-        let count = rays.len() as u32;
-        scalars.emitters.add_form_factors(self.tracer, receiver, &scalars.sampling, count, hits, emitters);
-        transport.rows.append(&mut row);
-        sky.finish(&mut transport.rows);
+        let sampling = &scalars.sampling;
+        scalars.emitters.add_form_factors(self.tracer, receiver, sampling, half, rays.len(), hits, emitters);
+        transport.halves[half].append(&mut row);
+        sky.finish(&mut transport.halves[half]);
     }
 
     /// The part of a row that comes from probes, for rays' ends and weights.
-    fn add_probes(&self, receiver: &Receiver, ends: &[(GatherHit, f32)], transport: &mut Transport) {
+    fn add_probes(
+        &self,
+        receiver: &Receiver,
+        ends: &[(GatherHit, f32)],
+        half: usize,
+        transport: &mut Transport,
+    ) {
         let mut accumulator = RowAccumulator::new(self.basis, self.probes.len());
         let kernels: Vec<f32> = self
             .probes
@@ -195,7 +220,7 @@ impl TransportBuilder<'_> {
                 None => transport.uncovered_rays += 1,
             }
         }
-        accumulator.finish(&mut transport.rows);
+        accumulator.finish(&mut transport.halves[half]);
     }
 
     /// The probes that see the end of a ray: (index, weight, direction from the probe).
