@@ -1,9 +1,11 @@
 //! What Probelight computes each frame, on the CPU: indirect light that follows lights, sky and materials.
 //!
 //! ```text
-//!  lights, sky, materials ─► light_relight_points ─► relight_probes ─► project_clusters ─► gather_receivers
-//!                                     ▲                    λ                  b                   │ E
-//!                                     └──────────────── dilate_lightmap ◄─────────────────────────┘
+//!                                               λ
+//!  lights, sky, materials ─► light_surfels ─► relight_probes ─► project_clusters ─► gather_receivers
+//!                                  ▲   │ scalar signals            ▲  │ b                   │ E
+//!                                  │   └───────────────────────────┘                        │
+//!                                  └───────────── dilate_lightmap ◄─────────────────────────┘
 //! ```
 //!
 //! A [`Runtime`] holds a baked scene. Change its lighting or materials, [`step`](Runtime::step) once per frame
@@ -38,7 +40,7 @@
 //! # }
 //! ```
 //!
-//! The lightmap holds what arrives by way of the probes: light that bounced, the sky, emissive surfaces.
+//! The lightmap holds what arrives by way of surfels and probes: light that bounced, the sky, emissive surfaces.
 //! Renderers add the direct light of the analytic lights, which is sharper than a lightmap could hold.
 
 pub mod cpu;

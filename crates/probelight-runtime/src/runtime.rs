@@ -9,7 +9,7 @@ use probelight_scene::Lighting;
 use probelight_trace::Tracer;
 
 use crate::cpu::{
-    ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, RelightRadiance, SurfaceColors,
+    ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, ScalarSignals, SurfaceColors,
 };
 use crate::find_face::find_face;
 use crate::{IrradianceLightmap, RuntimeError};
@@ -24,7 +24,7 @@ pub struct Runtime {
     lighting: Lighting,
     colors: Vec<SurfaceColors>,
     stale: Stale,
-    relight: RelightRadiance,
+    signals: ScalarSignals,
     probes: ProbeRadiance,
     coefficients: ClusterCoefficients,
     receivers: ReceiverIrradiance,
@@ -37,15 +37,17 @@ pub struct Runtime {
 struct Stale {
     /// Analytic lights: shadow rays are needed.
     direct: bool,
-    /// Anything else that relight points shine with.
+    /// Anything else that surfaces shine with.
     shading: bool,
+    /// The sky.
+    sky: bool,
 }
 
 /// How long each stage of a frame took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameTimings {
-    /// Radiance of the relight points, with shadow rays if lights changed.
-    pub light_relight_points: Duration,
+    /// Radiance of the surfels, with shadow rays if lights changed.
+    pub light_surfels: Duration,
     /// Projection to spherical harmonics.
     pub relight_probes: Duration,
     /// Coefficients of the clusters.
@@ -59,7 +61,7 @@ pub struct FrameTimings {
 impl FrameTimings {
     /// All stages together.
     pub fn total(&self) -> Duration {
-        self.light_relight_points
+        self.light_surfels
             + self.relight_probes
             + self.project_clusters
             + self.gather_receivers
@@ -91,8 +93,8 @@ impl Runtime {
             tracer: Tracer::new(Arc::new(baked.scene.clone())),
             lighting,
             colors: SurfaceColors::of(&baked.scene),
-            stale: Stale { direct: true, shading: true },
-            relight: RelightRadiance::new(&baked),
+            stale: Stale { direct: true, shading: true, sky: true },
+            signals: ScalarSignals::new(&baked),
             probes: ProbeRadiance::new(&baked),
             coefficients: ClusterCoefficients::new(&baked),
             receivers: ReceiverIrradiance::new(&baked),
@@ -120,7 +122,8 @@ impl Runtime {
     /// Changes the light sources. Shadow rays are traced again only if an analytic light changed.
     pub fn set_lighting(&mut self, lighting: Lighting) {
         self.stale.direct |= lighting.lights != self.lighting.lights;
-        self.stale.shading |= lighting != self.lighting;
+        self.stale.shading |= lighting.emissive_scale != self.lighting.emissive_scale;
+        self.stale.sky |= lighting.sky != self.lighting.sky;
         self.lighting = lighting;
     }
 
@@ -155,18 +158,25 @@ impl Runtime {
     pub fn step(&mut self) -> FrameTimings {
         let baked = &*self.baked;
         let mut timings = FrameTimings::default();
-        timed(&mut timings.light_relight_points, || {
+        timed(&mut timings.light_surfels, || {
             if self.stale.direct {
-                self.relight.trace_direct(baked, &self.tracer, &self.lighting.lights);
+                self.signals.trace_direct(baked, &self.tracer, &self.lighting.lights);
             }
             if self.stale.direct || self.stale.shading {
-                self.relight.shade(baked, &self.lighting, &self.colors);
+                self.signals.shade(baked, &self.lighting, &self.colors);
             }
-            self.stale = Stale { direct: false, shading: false };
-            self.relight.light_relight_points(&self.lightmap);
+            if self.stale.sky {
+                self.signals.project_sky(baked, &self.lighting.sky);
+                self.probes.see_sky(baked, &self.lighting.sky);
+            }
+            self.stale = Stale { direct: false, shading: false, sky: false };
+            self.signals.light_surfels(baked, &self.lightmap);
         });
-        timed(&mut timings.relight_probes, || self.probes.relight_probes(self.relight.values()));
-        timed(&mut timings.project_clusters, || self.coefficients.project_clusters(baked, &self.probes));
+        let surfels = &self.signals.values()[..baked.surfels.len()];
+        timed(&mut timings.relight_probes, || self.probes.relight_probes(baked, surfels));
+        timed(&mut timings.project_clusters, || {
+            self.coefficients.project_clusters(baked, self.signals.values(), &self.probes);
+        });
         timed(&mut timings.gather_receivers, || {
             self.receivers.gather_receivers(baked, self.coefficients.values(), &mut self.lightmap);
         });
@@ -201,16 +211,21 @@ impl Runtime {
     }
 
     /// Irradiance (W/m²) of the surface at a world position, on its side towards `normal` (unit): what arrives
-    /// by way of the probes. `None` if there is no such surface within a thousandth of the scene's diagonal.
+    /// by way of the signals. `None` if there is no such surface within a thousandth of the scene's diagonal.
     /// Sides without light of their own, such as the insides of solids, are dark.
     pub fn irradiance_at(&self, position: Vec3, normal: Vec3) -> Option<Vec3> {
         let texel = find_face(&self.tracer, &self.baked.lightmap, position, normal)?;
         Some(texel.map_or(Vec3::ZERO, |texel| self.lightmap.sample(texel)))
     }
 
-    /// Radiance of the relight rays in the last frame.
-    pub fn relight_radiance(&self) -> &RelightRadiance {
-        &self.relight
+    /// Scalar signals of the last frame.
+    pub fn signals(&self) -> &ScalarSignals {
+        &self.signals
+    }
+
+    /// Radiance of the surfels in the last frame, W·m⁻²·sr⁻¹.
+    pub fn surfel_radiance(&self) -> &[Vec3] {
+        &self.signals.values()[..self.baked.surfels.len()]
     }
 
     /// Probe coefficients λ of the last frame.

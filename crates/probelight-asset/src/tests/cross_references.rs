@@ -1,11 +1,10 @@
 //! Each promise that the runtime relies on, broken once.
 
-use half::f16;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_scene::Light;
 
 use super::fixture::baked_scene;
-use crate::BakedScene;
+use crate::{BakedScene, NONE};
 
 /// Breaks the fixture and expects a refusal that contains `words`.
 #[track_caller]
@@ -31,7 +30,10 @@ fn scene_is_checked() {
 #[test]
 fn settings_and_report_are_checked() {
     refused("degree 33", |b| b.settings.sh_degree = 33);
+    refused("sky signals of degree 9", |b| b.settings.sky_degree = Some(9));
     refused("settings", |b| b.settings.probe_spacing = f32::NAN);
+    refused("settings", |b| b.settings.surfel_size = f32::INFINITY);
+    refused("settings", |b| b.settings.near_radius = Some(f32::NAN));
     refused("report", |b| b.report.mean_cluster_error = f64::INFINITY);
 }
 
@@ -66,33 +68,71 @@ fn probes_are_checked() {
     refused("probe 0", |b| b.probes[0].support_radius = -1.0);
     refused("direction 2", |b| b.relight_directions[2] *= 1.1);
     refused("direction 0", |b| b.relight_directions[0] = Vec3::NAN);
-    refused("5 relight points", |b| b.relight_points.truncate(5));
-    refused("relight point 3 lies on triangle 2", |b| b.relight_points[3].triangle = 2);
-    refused("relight point 3 reads texel 12", |b| b.relight_points[3].texel = 12);
-    refused("relight point 0 is not finite", |b| b.relight_points[0].position.x = f32::INFINITY);
+    refused("5 relight rays", |b| b.relight_surfels.truncate(5));
+    refused("relight ray 3 meets surfel 3", |b| b.relight_surfels[3] = 3);
+}
+
+#[test]
+fn light_samples_are_checked() {
+    refused("light sample 3 lies on triangle 2", |b| b.light_samples[3].triangle = 2);
+    refused("light sample 1 lies on triangle", |b| b.light_samples[1].triangle = NONE);
+    refused("light sample 3 reads texel 12", |b| b.light_samples[3].texel = 12);
+    refused("light sample 0 is not finite", |b| b.light_samples[0].position.x = f32::INFINITY);
+}
+
+#[test]
+fn surfels_are_checked() {
+    refused("surfel 1 does not start", |b| b.surfels[1].first_sample = 1);
+    refused("surfel 2 does not start", |b| b.surfels[1].sample_count = 2);
+    refused("surfel 2 has no samples", |b| b.surfels[2].sample_count = 0);
+    refused("the surfels need 3 light samples, and there are 4", |b| b.surfels.truncate(2));
+    refused("the surfels need 4294967298", |b| b.surfels[2].sample_count = u32::MAX);
+    refused("surfel group 0 (number 3) is made of [0, 3]", |b| b.surfel_groups[0].children[1] = 3);
+    refused("surfel group 1 (number 4) is made of [4, 1]", |b| b.surfel_groups[1].children[0] = 4);
+    refused("surfel group 0 has a weight", |b| b.surfel_groups[0].first_weight = -0.1);
+    refused("surfel group 1 has a weight", |b| b.surfel_groups[1].first_weight = 1.01);
+    refused("surfel group 1 has a weight", |b| b.surfel_groups[1].first_weight = f32::NAN);
+}
+
+#[test]
+fn emitters_are_checked() {
+    refused("emitter 0 has material 2 of 2", |b| b.emitters[0].material = 2);
+    refused("emitter 0 has a mean texel", |b| b.emitters[0].mean_texel.y = -0.1);
+    refused("emitter 0 has a mean texel", |b| b.emitters[0].mean_texel.z = f32::INFINITY);
 }
 
 #[test]
 fn clusters_are_checked() {
-    refused("entry 2", |b| b.cluster_probes[2] = 2);
+    refused("entry 1 of the clusters' signals is 10", |b| b.cluster_signals[1] = 10);
+    refused("entry 1 of the clusters' signals is 9 of 6", |b| b.settings.sky_degree = None);
+    refused("entry 2 of the clusters' probes is 2", |b| b.cluster_probes[2] = 2);
     refused("cluster 1 does not start", |b| b.clusters[1].first_receiver = 2);
+    refused("cluster 1 does not start", |b| b.clusters[1].first_signal = 1);
+    refused("cluster 1 does not start", |b| b.clusters[1].first_probe = u32::MAX);
     refused("cluster 1 does not start", |b| b.clusters[1].receiver_basis_offset = 5);
     refused("cluster 1 does not start", |b| b.clusters[1].signal_basis_offset = 17);
     refused("cluster 1 does not start", |b| b.clusters[1].row_scale_offset = 0);
-    refused("cluster 1 does not start", |b| b.clusters[0].rank = 1);
-    refused("cluster 1 has probes", |b| b.clusters[1].first_probe = 3);
-    refused("cluster 1 has probes", |b| b.clusters[1].first_probe = u32::MAX);
+    refused("cluster 1 does not start", |b| b.clusters[1].column_exponent_offset = 11);
+    refused("cluster 1 does not start", |b| b.clusters[0].ranks.f16 = 2);
+    refused("the clusters need", |b| b.clusters[1].signal_count = 0);
     refused("the clusters need", |b| b.clusters[1].probe_count = 0);
     refused("the clusters need", |b| b.clusters[1].receiver_count = u32::MAX);
     refused("the clusters need", |b| b.clusters.truncate(1));
     refused("the clusters need", |b| b.row_scales.push(1.0));
+    refused("the clusters need", |b| b.column_exponents.push(1));
+    refused("cluster 1 is too large", |b| b.clusters[1].probe_count = u32::MAX);
+    refused("cluster 1 is too large", |b| b.clusters[1].ranks.f16 = u32::MAX);
     refused("cluster 0 has a box", |b| b.clusters[0].bounds.min.x = 2.0);
     refused("cluster 0 has no usable error", |b| b.clusters[0].error = f32::NAN);
 }
 
 #[test]
 fn matrices_are_checked() {
-    refused("transport matrix", |b| b.receiver_basis[7] = f16::NAN);
-    refused("transport matrix", |b| b.signal_basis[0] = f16::INFINITY);
+    refused("matrix of cluster 0", |b| b.receiver_basis[0] |= 0x7c00);
+    refused("matrix of cluster 0", |b| b.signal_basis[4] |= 0x7c00_0000);
+    refused("matrix of cluster 0", |b| b.receiver_basis[2] = 0x0000_8000);
+    refused("matrix of cluster 0", |b| b.signal_basis[7] = 0x80);
+    refused("matrix of cluster 1", |b| b.receiver_basis[3] = 0x80);
+    refused("matrix of cluster 1", |b| b.signal_basis[8] = 0x8);
     refused("row scale", |b| b.row_scales[2] = f32::NEG_INFINITY);
 }

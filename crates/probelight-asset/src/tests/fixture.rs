@@ -1,14 +1,16 @@
 //! A small baked scene, written by hand, with something in every field.
 
-use half::f16;
 use probelight_math::glam::{Vec2, Vec3, Vec4};
 use probelight_scene::{AlphaMode, Bounds, Camera, Light, Material, Scene, Texture, TextureSlot, Warning};
 
+use crate::packed::Ranks;
 use crate::{
-    BakeReport, BakeSettings, BakedScene, Cluster, LightmapFace, LightmapLayout, NONE, Probe, RelightPoint,
+    BakeReport, BakeSettings, BakedScene, Cluster, Emitter, LightSample, LightmapFace, LightmapLayout,
+    Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
 };
 
-/// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters, two probes.
+/// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters, two probes, three surfels in two
+/// groups, an emitter, a sky of four signals.
 pub(super) fn baked_scene() -> BakedScene {
     BakedScene {
         scene: scene(),
@@ -16,18 +18,32 @@ pub(super) fn baked_scene() -> BakedScene {
         settings: settings(),
         report: report(),
         lightmap: lightmap(),
+        light_samples: light_samples(),
+        surfels: [[0, 2], [2, 1], [3, 1]]
+            .map(|[first_sample, sample_count]| Surfel { first_sample, sample_count })
+            .to_vec(),
+        surfel_groups: vec![
+            SurfelGroup { children: [0, 2], first_weight: 1.0 / 3.0 },
+            SurfelGroup { children: [3, 1], first_weight: 1.0 },
+        ],
+        emitters: vec![Emitter { material: 1, mean_texel: Vec3::new(0.0, 0.1, 2.0 / 3.0) }],
         probes: vec![
             Probe { position: Vec3::new(0.5, 0.25, 1.0 / 3.0), support_radius: 1.5 },
             Probe { position: Vec3::new(-0.0, 2.0, 0.5), support_radius: 0.0 },
         ],
         relight_directions: vec![Vec3::Y, Vec3::NEG_Y, Vec3::new(0.6, 0.0, -0.8)],
-        relight_points: relight_points(),
+        relight_surfels: vec![NONE, 0, 2, 1, NONE, 1],
         clusters: clusters(),
+        cluster_signals: vec![3, 9, 0],
         cluster_probes: vec![1, 0, 1],
         receiver_texels: vec![0, 2, 1, 7, 10],
-        receiver_basis: (0..8).map(|i| f16::from_f32(i as f32 / 3.0)).collect(),
-        signal_basis: (0..20).map(|i| f16::from_f32(1.0 - i as f32 / 7.0)).collect(),
+        receiver_basis: vec![0xbc00_3555, 0x0001_7bff, 0x0081_7f01, 0x7000_0000],
+        signal_basis: (0..5)
+            .map(|i| 0x0001_3c00 * i)
+            .chain([0x8171_017f, 0x0042_2400, 0x7f, 0x9705_3217])
+            .collect(),
         row_scales: vec![1.0, 2.5, 1e-20],
+        column_exponents: (0..15).map(|i| i * 18).collect(),
     }
 }
 
@@ -99,9 +115,16 @@ fn lights() -> Vec<Light> {
 
 fn settings() -> BakeSettings {
     BakeSettings {
+        method: Method::Paper,
+        metric: Metric::Band,
+        storage: Storage::F16,
         texels_per_meter: 4.0,
         probe_spacing: 1.1,
         sh_degree: 1,
+        sky_degree: Some(1),
+        surfel_size: 0.3,
+        samples_per_surfel: 4,
+        near_radius: Some(2.1),
         gather_rays: 256,
         relight_rays: 3,
         probes_per_cluster: 8,
@@ -138,50 +161,54 @@ fn lightmap() -> LightmapLayout {
     }
 }
 
-fn relight_points() -> Vec<RelightPoint> {
-    let hit = RelightPoint {
+fn light_samples() -> Vec<LightSample> {
+    let sample = LightSample {
         position: Vec3::new(0.3, 0.0, 0.3),
         triangle: 1,
         texel: 10,
         base_color_and_side: [255, 128, 7, 1],
         emission_texel: [1, 2, 3, 0],
     };
-    let sky = RelightPoint { triangle: NONE, texel: NONE, ..RelightPoint::default() };
     vec![
-        sky,
-        hit,
-        RelightPoint { texel: NONE, ..hit },
-        RelightPoint { triangle: 0, texel: 0, ..hit },
-        sky,
-        hit,
+        sample,
+        LightSample { texel: NONE, ..sample },
+        LightSample { triangle: 0, texel: 0, ..sample },
+        sample,
     ]
 }
 
-/// Degree 1 has four coefficients.
+/// Degree 1 has four coefficients: the first cluster has ten columns (two scalar signals, two probes), the
+/// second five.
 fn clusters() -> Vec<Cluster> {
     let bounds = Bounds { min: Vec3::ZERO, max: Vec3::ONE };
     let first = Cluster {
         bounds,
         first_receiver: 0,
         receiver_count: 3,
+        first_signal: 0,
+        signal_count: 2,
         first_probe: 0,
         probe_count: 2,
-        rank: 2,
+        ranks: Ranks { f16: 1, snorm8: 1, snorm4: 0 },
         receiver_basis_offset: 0,
         signal_basis_offset: 0,
         row_scale_offset: 0,
+        column_exponent_offset: 0,
         error: 0.004,
     };
     let second = Cluster {
         bounds,
         first_receiver: 3,
         receiver_count: 2,
+        first_signal: 2,
+        signal_count: 1,
         first_probe: 2,
         probe_count: 1,
-        rank: 1,
-        receiver_basis_offset: 6,
-        signal_basis_offset: 16,
+        ranks: Ranks { f16: 0, snorm8: 0, snorm4: 1 },
+        receiver_basis_offset: 3,
+        signal_basis_offset: 8,
         row_scale_offset: 2,
+        column_exponent_offset: 10,
         error: 0.0,
     };
     vec![first, second]

@@ -1,13 +1,13 @@
 //! What is written comes back.
 
-use half::f16;
 use probelight_math::glam::Vec3;
 use probelight_scene::{Bounds, Texture};
 use proptest::prelude::*;
 
 use super::fixture::baked_scene;
 use super::{decoded, encoded};
-use crate::{AssetError, BakedScene, Cluster, Probe, RelightPoint};
+use crate::packed::Ranks;
+use crate::{AssetError, BakedScene, Cluster, NONE, Probe};
 
 #[test]
 fn every_field_survives() {
@@ -39,6 +39,7 @@ fn summary_agrees_with_the_scene() {
     baked.write(&path).unwrap();
     let info = BakedScene::read_info(&path).unwrap();
     assert_eq!((info.triangles, info.receivers, info.probes, info.clusters), (2, 5, 2, 2));
+    assert_eq!((info.light_samples, info.surfels, info.surfel_groups, info.emitters), (4, 3, 2, 1));
     assert_eq!((info.lightmap_width, info.lightmap_height, info.lightmap_pages), (2, 6, 2));
     assert_eq!(
         (info.scene_hash, &info.settings, &info.report),
@@ -73,43 +74,60 @@ fn missing_folders_and_files_are_named() {
     assert!(messages.iter().all(|message| message.contains("scene.plight")));
 }
 
-/// Replaces the fixture's clusters with ones of the given (receivers, probes, rank) on a wide enough map.
-fn with_clusters(sizes: &[(u32, u32, u32)], values: &[f32]) -> BakedScene {
+/// Receivers, scalar signals, probes and ranks of a cluster.
+type ClusterSize = (u32, u32, u32, [u32; 3]);
+
+/// Replaces the fixture's clusters with ones of the given sizes on a wide enough map.
+fn with_clusters(sizes: &[ClusterSize], values: &[f32]) -> BakedScene {
     let mut baked = baked_scene();
-    let value = |i: usize| values[i % values.len()];
     baked.clusters.clear();
-    let (mut receivers, mut probes, mut rows, mut u, mut sv) = (0, 0, 0, 0, 0);
-    for (receiver_count, probe_count, rank) in sizes.iter().copied() {
-        baked.clusters.push(Cluster {
+    let (mut receivers, mut signals, mut probes) = (0, 0, 0);
+    baked.receiver_basis.clear();
+    baked.signal_basis.clear();
+    baked.row_scales.clear();
+    baked.column_exponents.clear();
+    let value = |i: usize| values[i % values.len()];
+    for (receiver_count, signal_count, probe_count, [f16, snorm8, snorm4]) in sizes.iter().copied() {
+        let ranks = Ranks { f16, snorm8, snorm4 };
+        let cluster = Cluster {
             bounds: Bounds { min: Vec3::NEG_ONE, max: Vec3::splat(value(receivers as usize).abs()) },
             first_receiver: receivers,
             receiver_count,
+            first_signal: signals,
+            signal_count,
             first_probe: probes,
             probe_count,
-            rank,
-            receiver_basis_offset: u,
-            signal_basis_offset: sv,
-            row_scale_offset: rows,
+            ranks,
+            receiver_basis_offset: baked.receiver_basis.len() as u64,
+            signal_basis_offset: baked.signal_basis.len() as u64,
+            row_scale_offset: baked.row_scales.len() as u32,
+            column_exponent_offset: baked.column_exponents.len() as u64,
             error: 0.5,
-        });
-        (receivers, probes, rows) = (receivers + receiver_count, probes + probe_count, rows + rank);
-        u += u64::from(rank * receiver_count);
-        sv += u64::from(rank * probe_count * 4);
+        };
+        let columns = baked.column_count(&cluster);
+        for k in 0..ranks.total() as usize {
+            let line = |count: usize| (0..count).map(|i| value(i + k)).collect::<Vec<f32>>();
+            ranks.precision(k).pack(&line(receiver_count as usize), &mut baked.receiver_basis);
+            ranks.precision(k).pack(&line(columns), &mut baked.signal_basis);
+            baked.row_scales.push(value(k));
+        }
+        baked.column_exponents.extend((0..columns).map(|column| (column * 7) as u8));
+        baked.clusters.push(cluster);
+        (receivers, signals) = (receivers + receiver_count, signals + signal_count);
+        probes += probe_count;
     }
     (baked.lightmap.width, baked.lightmap.height) = (64, 64);
     baked.lightmap.dilation.clear();
     baked.receiver_texels = (0..receivers).rev().collect();
+    baked.cluster_signals = (0..signals).map(|s| s % 10).collect();
     baked.cluster_probes = (0..probes).map(|p| p % 2).collect();
-    baked.receiver_basis = (0..u as usize).map(|i| f16::from_f32(value(i))).collect();
-    baked.signal_basis = (0..sv as usize).map(|i| f16::from_f32(value(i + 1))).collect();
-    baked.row_scales = (0..rows as usize).map(value).collect();
     baked
 }
 
 proptest! {
     #[test]
     fn any_valid_scene_survives(
-        sizes in prop::collection::vec((0u32..40, 0u32..6, 0u32..9), 0..6),
+        sizes in prop::collection::vec((0u32..40, 0u32..12, 0u32..6, prop::array::uniform3(0u32..4)), 0..6),
         values in prop::collection::vec(-6e4f32..6e4, 1..50),
         (width, height) in (1u32..9, 1u32..9),
         texels in prop::collection::vec(any::<u8>(), 256),
@@ -124,7 +142,7 @@ proptest! {
         baked.report.mean_cluster_error = report[2];
         baked.report.max_cluster_error = report[3];
         baked.scene.materials[0].roughness = values[0] / 3.0;
-        baked.relight_points = vec![RelightPoint::default(); probes.len() * 3];
+        baked.relight_surfels = [NONE, 0, 2].repeat(probes.len());
         baked.probes = probes
             .iter()
             .map(|(x, support_radius)| Probe { position: Vec3::splat(*x), support_radius: *support_radius })

@@ -1,17 +1,17 @@
 //! Stage 4: irradiance at every receiver, E = U·b (\[SED\] eq. 6), and its way into the lightmap.
 
-use half::f16;
+use probelight_asset::packed::Ranks;
 use probelight_asset::{BakedScene, Cluster};
 use probelight_math::glam::Vec3;
 
 use super::clusters_in_parallel::for_each_cluster;
-use super::half_float::{decode, padded};
 use super::texel_copies::TexelCopies;
+use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes};
 use crate::IrradianceLightmap;
 
-/// Receivers computed together: their three channels' sums fill twelve AVX-512 registers, and two cache lines
-/// of each column of U are read in a row.
+/// Receivers computed together: their three channels' sums fill twelve AVX-512 registers, and up to two
+/// cache lines of each column of U are read in a row.
 const BLOCK: usize = VECTORS * LANES;
 
 const VECTORS: usize = 4;
@@ -52,50 +52,78 @@ impl ReceiverIrradiance {
     ) {
         let start = |cluster: &Cluster| cluster.first_receiver as usize;
         for_each_cluster(&baked.clusters, &mut self.values, &start, &|cluster, receivers| {
-            let b = &coefficients[cluster.row_scale_offset as usize..][..cluster.rank as usize];
+            let b = &coefficients[cluster.row_scale_offset as usize..][..cluster.ranks.total() as usize];
             let basis = &baked.receiver_basis[cluster.receiver_basis_offset as usize..];
-            gather_cluster(&basis[..receivers.len() * b.len()], b, receivers);
+            gather_cluster(basis, cluster.ranks, b, receivers);
         });
         self.copies.apply(&self.values, &mut lightmap.texels);
     }
 }
 
-/// E = U·b for one cluster; `basis` holds U column by column.
-fn gather_cluster(basis: &[f16], b: &[[f32; 3]], receivers: &mut [Vec3]) {
+/// E = U·b for one cluster; `basis` starts with U, column by column.
+fn gather_cluster(basis: &[u32], ranks: Ranks, b: &[[f32; 3]], receivers: &mut [Vec3]) {
     let rows = receivers.len();
-    let whole_blocks = rows - rows % BLOCK;
-    for first in (0..whole_blocks).step_by(BLOCK) {
-        gather_block::<VECTORS>(basis, b, rows, first, &mut receivers[first..first + BLOCK]);
-    }
-    for first in (whole_blocks..rows).step_by(LANES) {
-        gather_block::<1>(basis, b, rows, first, &mut receivers[first..rows.min(first + LANES)]);
+    for (block, receivers) in receivers.chunks_mut(BLOCK).enumerate() {
+        let block = Block { rows, first: block * BLOCK };
+        match receivers.len().div_ceil(LANES) {
+            1 => block.gather::<1>(basis, ranks, b, receivers),
+            2 => block.gather::<2>(basis, ranks, b, receivers),
+            3 => block.gather::<3>(basis, ranks, b, receivers),
+            _ => block.gather::<VECTORS>(basis, ranks, b, receivers),
+        }
     }
 }
 
-/// E of up to `N` vectors of receivers from row `first` on.
-#[inline(always)]
-fn gather_block<const N: usize>(
-    basis: &[f16],
-    b: &[[f32; 3]],
+/// Receivers computed together.
+#[derive(Clone, Copy)]
+struct Block {
+    /// Receivers of the cluster: length of U's columns.
     rows: usize,
+    /// The block's first one.
     first: usize,
-    receivers: &mut [Vec3],
-) {
-    let mut sums = [[Lanes::ZERO; 3]; N];
-    for (column, b) in basis.chunks_exact(rows).zip(b) {
-        let b = b.map(Lanes::splat);
-        let column = &column[first..first + receivers.len()];
-        for (vector, sums) in sums.iter_mut().enumerate() {
-            let u = decode(&padded(&column[vector * LANES..]));
-            for (sum, b) in sums.iter_mut().zip(b) {
-                *sum = u.mul_add(b, *sum);
+}
+
+impl Block {
+    /// E of up to `N` vectors of receivers.
+    #[inline(always)]
+    fn gather<const N: usize>(self, basis: &[u32], ranks: Ranks, b: &[[f32; 3]], receivers: &mut [Vec3]) {
+        let mut sums = [[Lanes::ZERO; 3]; N];
+        let (f16, integers) = b.split_at(ranks.f16 as usize);
+        let (snorm8, snorm4) = integers.split_at(ranks.snorm8 as usize);
+        let basis = self.add_section::<F16, N>(&mut sums, basis, f16);
+        let basis = self.add_section::<Snorm8, N>(&mut sums, basis, snorm8);
+        self.add_section::<Snorm4, N>(&mut sums, basis, snorm4);
+        for (receivers, sums) in receivers.chunks_mut(LANES).zip(sums) {
+            let [red, green, blue] = sums.map(Lanes::to_array);
+            for (i, receiver) in receivers.iter_mut().enumerate() {
+                *receiver = Vec3::new(red[i], green[i], blue[i]);
             }
         }
     }
-    for (receivers, sums) in receivers.chunks_mut(LANES).zip(sums) {
-        let [red, green, blue] = sums.map(Lanes::to_array);
-        for (i, receiver) in receivers.iter_mut().enumerate() {
-            *receiver = Vec3::new(red[i], green[i], blue[i]);
+
+    /// Adds the columns of one precision. Returns what lies behind them.
+    ///
+    /// The last vector of a column reaches into what follows it; no receiver takes those lanes.
+    #[inline(always)]
+    fn add_section<'a, E: Encoding, const N: usize>(
+        self,
+        sums: &mut [[Lanes; 3]; N],
+        basis: &'a [u32],
+        b: &[[f32; 3]],
+    ) -> &'a [u32] {
+        let per_word = E::PRECISION.values_per_word();
+        let mut rest = basis;
+        for b in b {
+            let b = b.map(|channel| Lanes::splat(channel * E::UNIT));
+            let column = &rest[self.first / per_word..];
+            for (vector, sums) in sums.iter_mut().enumerate() {
+                let u = E::decode(&column[vector * LANES / per_word..]);
+                for (sum, b) in sums.iter_mut().zip(b) {
+                    *sum = u.mul_add(b, *sum);
+                }
+            }
+            rest = &rest[E::PRECISION.words(self.rows)..];
         }
+        rest
     }
 }

@@ -6,15 +6,17 @@
 mod clusters_in_parallel;
 pub mod dilate_lightmap;
 pub mod gather_receivers;
-mod half_float;
-pub mod light_relight_points;
+pub mod light_surfels;
+mod per_thread;
 pub mod project_clusters;
 pub mod relight_probes;
+mod sky_signals;
 mod texel_copies;
+mod unpack;
 
 pub use dilate_lightmap::Dilation;
 pub use gather_receivers::ReceiverIrradiance;
-pub use light_relight_points::{RelightRadiance, SurfaceColors};
+pub use light_surfels::{ScalarSignals, SurfaceColors};
 pub use project_clusters::ClusterCoefficients;
 pub use relight_probes::ProbeRadiance;
 

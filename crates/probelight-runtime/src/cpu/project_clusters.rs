@@ -1,12 +1,11 @@
-//! Stage 3: each cluster's coefficients, b = (ΣVᵀ)·λ (\[SED\] §3.3).
+//! Stage 3: each cluster's coefficients, b = (ΣVᵀ)·s of its signals (\[SED\] §3.3).
 
-use std::sync::{Mutex, PoisonError};
-
-use half::f16;
 use probelight_asset::{BakedScene, Cluster};
+use probelight_math::glam::Vec3;
 
 use super::clusters_in_parallel::for_each_cluster;
-use super::half_float::{decode, padded};
+use super::per_thread::PerThread;
+use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes, ProbeRadiance, load};
 
 /// Rows of ΣVᵀ multiplied together, so that each signal is loaded once for all of them. Their three channels'
@@ -17,18 +16,19 @@ const ROWS: usize = 4;
 #[derive(Debug)]
 pub struct ClusterCoefficients {
     values: Vec<[f32; 3]>,
-    /// A cluster's signals, one set per worker thread.
-    signals: Vec<Mutex<Signals>>,
+    columns: PerThread<Columns>,
+    /// 2^(−e/8) for each exponent e.
+    column_factors: [f32; 256],
 }
 
 impl ClusterCoefficients {
     /// Zeros for the clusters of a baked scene.
     pub fn new(baked: &BakedScene) -> Self {
         let columns = baked.clusters.iter().map(|c| baked.column_count(c)).max().unwrap_or(0);
-        let threads = rayon::current_num_threads();
         Self {
             values: vec![[0.0; 3]; baked.row_scales.len()],
-            signals: (0..threads).map(|_| Mutex::new(Signals::new(columns))).collect(),
+            columns: PerThread::new(|| Columns::new(columns)),
+            column_factors: std::array::from_fn(|e| (-(e as f32) / 8.0).exp2()),
         }
     }
 
@@ -37,101 +37,147 @@ impl ClusterCoefficients {
         &self.values
     }
 
-    /// Computes b from the probes' coefficients.
-    pub fn project_clusters(&mut self, baked: &BakedScene, probes: &ProbeRadiance) {
+    /// Computes b from the scalar signals and the probes' coefficients.
+    pub fn project_clusters(&mut self, baked: &BakedScene, signals: &[Vec3], probes: &ProbeRadiance) {
         let start = |cluster: &Cluster| cluster.row_scale_offset as usize;
-        let signals = &self.signals;
+        let (columns, factors) = (&self.columns, &self.column_factors);
         for_each_cluster(&baked.clusters, &mut self.values, &start, &|cluster, b| {
-            let slot = rayon::current_thread_index().unwrap_or(0) % signals.len();
-            let mut signals = signals[slot].lock().unwrap_or_else(PoisonError::into_inner);
-            signals.load(baked, cluster, probes);
-            project_cluster(baked, cluster, &signals, b);
+            let mut columns = columns.lock();
+            columns.load_signals(baked, cluster, signals);
+            columns.load_probes(baked, cluster, probes);
+            columns.scale(baked, cluster, factors);
+            project_cluster(baked, cluster, &columns, b);
         });
     }
 }
 
-/// The input of one cluster: its probes' coefficients, each channel on its own, in the order of the columns.
-/// Zeros follow up to a whole number of [`LANES`].
+/// The input of one cluster: a value per column of its ΣVᵀ, each channel on its own. Zeros follow up to a whole
+/// number of [`LANES`].
 #[derive(Debug)]
-struct Signals {
+struct Columns {
     channels: [Vec<f32>; 3],
 }
 
-impl Signals {
+impl Columns {
     fn new(columns: usize) -> Self {
         // One vector more than the columns need: loads write whole vectors.
         let length = columns.next_multiple_of(LANES) + LANES;
         Self { channels: std::array::from_fn(|_| vec![0.0; length]) }
     }
 
-    /// Gathers the coefficients band by band (column order: see [`Cluster`]).
+    /// Gathers the cluster's scalar signals to the first columns.
+    fn load_signals(&mut self, baked: &BakedScene, cluster: &Cluster, signals: &[Vec3]) {
+        let numbers =
+            &baked.cluster_signals[cluster.first_signal as usize..][..cluster.signal_count as usize];
+        let [red, green, blue] = self.channels.each_mut().map(|channel| &mut channel[..numbers.len()]);
+        for (column, number) in numbers.iter().enumerate() {
+            let signal = signals[*number as usize];
+            (red[column], green[column], blue[column]) = (signal.x, signal.y, signal.z);
+        }
+    }
+
+    /// Gathers the probes' coefficients band by band (column order: see [`Cluster`]).
     ///
     /// A probe's band is a run of 2l + 1 values. It is copied in whole vectors, which is faster than copies of
     /// odd length; what a copy writes too much, the next one overwrites.
-    fn load(&mut self, baked: &BakedScene, cluster: &Cluster, radiance: &ProbeRadiance) {
+    fn load_probes(&mut self, baked: &BakedScene, cluster: &Cluster, radiance: &ProbeRadiance) {
         let probes = &baked.cluster_probes[cluster.first_probe as usize..][..cluster.probe_count as usize];
-        let columns = baked.column_count(cluster);
-        for (channel, signals) in self.channels.iter_mut().enumerate() {
-            let mut column = 0;
+        for (channel, columns) in self.channels.iter_mut().enumerate() {
+            let mut column = cluster.signal_count as usize;
             for l in 0..=baked.settings.sh_degree as usize {
                 for probe in probes {
                     let band = radiance.coefficients_from(*probe as usize, channel, l * l);
                     for at in (0..2 * l + 1).step_by(LANES) {
-                        signals[column + at..][..LANES].copy_from_slice(&band[at..][..LANES]);
+                        columns[column + at..][..LANES].copy_from_slice(&band[at..][..LANES]);
                     }
                     column += 2 * l + 1;
                 }
             }
-            signals[columns..columns.next_multiple_of(LANES)].fill(0.0);
+        }
+    }
+
+    /// Multiplies all columns with their factors, and makes the space behind them zero.
+    fn scale(&mut self, baked: &BakedScene, cluster: &Cluster, factors: &[f32; 256]) {
+        let columns = baked.column_count(cluster);
+        let exponents = &baked.column_exponents[cluster.column_exponent_offset as usize..][..columns];
+        for channel in &mut self.channels {
+            channel[columns..columns.next_multiple_of(LANES)].fill(0.0);
+        }
+        for (i, exponents) in exponents.chunks(LANES).enumerate() {
+            let mut lanes = [0.0; LANES];
+            for (factor, exponent) in lanes.iter_mut().zip(exponents) {
+                *factor = factors[usize::from(*exponent)];
+            }
+            let lanes = Lanes::new(lanes);
+            for channel in &mut self.channels {
+                let channel = &mut channel[i * LANES..][..LANES];
+                channel.copy_from_slice(&(load(channel) * lanes).to_array());
+            }
         }
     }
 }
 
-/// b = (ΣVᵀ)·λ for one cluster.
-fn project_cluster(baked: &BakedScene, cluster: &Cluster, signals: &Signals, b: &mut [[f32; 3]]) {
-    let columns = baked.column_count(cluster);
-    let basis = &baked.signal_basis[cluster.signal_basis_offset as usize..][..b.len() * columns];
+/// b = (ΣVᵀ)·s for one cluster.
+fn project_cluster(baked: &BakedScene, cluster: &Cluster, columns: &Columns, b: &mut [[f32; 3]]) {
+    let count = baked.column_count(cluster);
     let scales = &baked.row_scales[cluster.row_scale_offset as usize..][..b.len()];
-    if columns == 0 {
-        b.fill([0.0; 3]);
-        return;
-    }
-    let signals = signals.channels.each_ref().map(|c| &c[..columns.next_multiple_of(LANES)]);
-    let whole = b.len() - b.len() % ROWS;
-    for row in (0..whole).step_by(ROWS) {
-        let rows = std::array::from_fn(|i| &basis[(row + i) * columns..][..columns]);
-        b[row..row + ROWS].copy_from_slice(&multiply_rows::<ROWS>(rows, signals));
-    }
-    for row in whole..b.len() {
-        [b[row]] = multiply_rows([&basis[row * columns..][..columns]], signals);
-    }
+    let columns = columns.channels.each_ref().map(|c| &c[..count.next_multiple_of(LANES)]);
+    let rows = &baked.signal_basis[cluster.signal_basis_offset as usize..];
+    let (f16, integers) = b.split_at_mut(cluster.ranks.f16 as usize);
+    let (snorm8, snorm4) = integers.split_at_mut(cluster.ranks.snorm8 as usize);
+    let rows = multiply_section::<F16>(rows, count, columns, f16);
+    let rows = multiply_section::<Snorm8>(rows, count, columns, snorm8);
+    multiply_section::<Snorm4>(rows, count, columns, snorm4);
     for (b, scale) in b.iter_mut().zip(scales) {
         *b = b.map(|channel| channel * scale);
     }
 }
 
-/// Products of `R` rows with the three channels.
-#[inline(always)]
-fn multiply_rows<const R: usize>(rows: [&[f16]; R], signals: [&[f32]; 3]) -> [[f32; 3]; R] {
-    let mut sums = [[Lanes::ZERO; 3]; R];
-    let columns = rows[0].len();
-    let whole = columns - columns % LANES;
-    for at in (0..whole).step_by(LANES) {
-        accumulate(&mut sums, rows.map(|row| padded(&row[at..at + LANES])), signals.map(|s| load(&s[at..])));
+/// Products of the rows of one precision, without their scales. Returns what lies behind them.
+fn multiply_section<'a, E: Encoding>(
+    rows: &'a [u32],
+    count: usize,
+    columns: [&[f32]; 3],
+    products: &mut [[f32; 3]],
+) -> &'a [u32] {
+    let words = E::PRECISION.words(count);
+    let mut blocks = products.chunks_exact_mut(ROWS);
+    let mut rest = rows;
+    for block in &mut blocks {
+        block.copy_from_slice(&multiply_rows::<E, ROWS>(rest, words, columns));
+        rest = &rest[ROWS * words..];
     }
-    if whole < columns {
-        accumulate(&mut sums, rows.map(|row| padded(&row[whole..])), signals.map(|s| load(&s[whole..])));
+    match blocks.into_remainder() {
+        [] => {}
+        [a] => [*a] = multiply_rows::<E, 1>(rest, words, columns),
+        [a, b] => [*a, *b] = multiply_rows::<E, 2>(rest, words, columns),
+        [a, b, c] => [*a, *b, *c] = multiply_rows::<E, 3>(rest, words, columns),
+        _ => unreachable!("a remainder is shorter than a block"),
     }
-    sums.map(|row| row.map(Lanes::reduce_add))
+    &rows[products.len() * words..]
 }
 
-/// Adds one vector's products to the sums.
+/// Products of `R` rows of `words` words with the three channels.
+///
+/// The last vector of a row reaches into what follows it: there the channels are zero, and packed values are
+/// finite whatever their bits.
 #[inline(always)]
-fn accumulate<const R: usize>(sums: &mut [[Lanes; 3]; R], rows: [[f16; LANES]; R], signals: [Lanes; 3]) {
-    for (sums, row) in sums.iter_mut().zip(&rows) {
-        let row = decode(row);
-        for (sum, signal) in sums.iter_mut().zip(signals) {
-            *sum = row.mul_add(signal, *sum);
+fn multiply_rows<E: Encoding, const R: usize>(
+    rows: &[u32],
+    words: usize,
+    columns: [&[f32]; 3],
+) -> [[f32; 3]; R] {
+    let mut sums = [[Lanes::ZERO; 3]; R];
+    let mut row_words: [&[u32]; R] = std::array::from_fn(|row| &rows[row * words..]);
+    for at in (0..columns[0].len()).step_by(LANES) {
+        let signals = columns.map(|channel| load(&channel[at..]));
+        for (sums, words) in sums.iter_mut().zip(&mut row_words) {
+            let values = E::decode(words);
+            *words = words.get(LANES / E::PRECISION.values_per_word()..).unwrap_or_default();
+            for (sum, signal) in sums.iter_mut().zip(signals) {
+                *sum = values.mul_add(signal, *sum);
+            }
         }
     }
+    sums.map(|row| row.map(|sum| sum.reduce_add() * E::UNIT))
 }

@@ -10,15 +10,17 @@
 //!          └──────┘              └──┴──┴──┴──┘             └─────────────┘
 //! ```
 //!
-//! The table is stored in panels of `LANES` coefficients. A panel of 512 rays (32 KiB) stays in the first-level
+//! A ray brings the radiance of the surfel that it meets, or the sky's. The table is stored in panels of `LANES` coefficients. A panel of 512 rays (32 KiB) stays in the first-level
 //! cache while a task multiplies its probes' radiance with it, sums in registers.
 
 use probelight_asset::BakedScene;
 use probelight_math::directions::quadrature_weights;
 use probelight_math::glam::Vec3;
 use probelight_math::sh::Basis;
+use probelight_scene::Sky;
 use rayon::prelude::*;
 
+use super::per_thread::PerThread;
 use super::{LANES, Lanes};
 
 /// Probes multiplied together: their 24 sums of one panel, one value of the panel and one of radiance fill the
@@ -26,7 +28,7 @@ use super::{LANES, Lanes};
 const PROBES: usize = 8;
 
 /// Spherical-harmonics coefficients of the radiance around each probe, W·m⁻²·sr⁻¹.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct ProbeRadiance {
     rays: usize,
     coefficients: usize,
@@ -36,6 +38,10 @@ pub struct ProbeRadiance {
     table: Vec<Lanes>,
     /// Probe by probe, channel by channel, with `LANES` values of padding at the end.
     values: Vec<f32>,
+    /// Radiance of the sky along each relight direction; black where the sky has signals of its own.
+    sky: Vec<Vec3>,
+    /// Radiance of the rays of [`PROBES`] probes.
+    radiance: PerThread<Vec<Vec3>>,
 }
 
 impl ProbeRadiance {
@@ -58,7 +64,15 @@ impl ProbeRadiance {
         let stride = panels * LANES;
         let values = vec![0.0; baked.probes.len() * 3 * stride + LANES];
         let table = table.into_iter().map(Lanes::new).collect();
-        Self { rays, coefficients, stride, table, values }
+        Self {
+            rays,
+            coefficients,
+            stride,
+            table,
+            values,
+            sky: vec![Vec3::ZERO; rays],
+            radiance: PerThread::new(|| vec![Vec3::ZERO; PROBES * rays]),
+        }
     }
 
     /// Coefficients of one probe and colour channel (0 red, 1 green, 2 blue).
@@ -72,18 +86,31 @@ impl ProbeRadiance {
         &self.values[(probe * 3 + channel) * self.stride + coefficient..]
     }
 
-    /// Projects the relight rays' radiance (a probe's rays in a row) to coefficients.
-    pub fn relight_probes(&mut self, radiance: &[Vec3]) {
-        let (rays, stride, table) = (self.rays, self.stride, &self.table);
+    /// Evaluates the sky along the relight directions. Needed when the sky changed.
+    pub fn see_sky(&mut self, baked: &BakedScene, sky: &Sky) {
+        if baked.settings.sky_degree.is_none() {
+            for (radiance, direction) in self.sky.iter_mut().zip(&baked.relight_directions) {
+                *radiance = sky.radiance(*direction);
+            }
+        }
+    }
+
+    /// Projects the radiance that the relight rays bring, given that of the surfels, to coefficients.
+    pub fn relight_probes(&mut self, baked: &BakedScene, surfels: &[Vec3]) {
+        let Self { rays, stride, table, sky, radiance, .. } = self;
+        let (rays, stride) = (*rays, *stride);
         if rays == 0 {
             return;
         }
-        let length = radiance.len() / rays * 3 * stride;
+        let length = baked.probes.len() * 3 * stride;
         self.values[..length]
             .par_chunks_mut(PROBES * 3 * stride)
-            .zip(radiance.par_chunks(PROBES * rays))
-            .for_each(|(values, radiance)| {
-                if radiance.len() == PROBES * rays {
+            .zip(baked.relight_surfels.par_chunks(PROBES * rays))
+            .for_each(|(values, seen)| {
+                let mut scratch = radiance.lock();
+                let radiance = &mut scratch[..seen.len()];
+                look(seen, surfels, sky, radiance);
+                if seen.len() == PROBES * rays {
                     project::<PROBES>(table, rays, radiance, values);
                     return;
                 }
@@ -92,6 +119,16 @@ impl ProbeRadiance {
                     project::<1>(table, rays, radiance, values);
                 }
             });
+    }
+}
+
+/// Radiance of some probes' rays, from the surfels they meet or else the sky.
+fn look(seen: &[u32], surfels: &[Vec3], sky: &[Vec3], radiance: &mut [Vec3]) {
+    for (seen, radiance) in seen.chunks_exact(sky.len()).zip(radiance.chunks_exact_mut(sky.len())) {
+        for ((surfel, sky), radiance) in seen.iter().zip(sky).zip(radiance) {
+            // The number that stands for no surfel is not in the slice.
+            *radiance = *surfels.get(*surfel as usize).unwrap_or(sky);
+        }
     }
 }
 

@@ -1,0 +1,204 @@
+//! Stage 1: the scalar signals: radiance of surfels, surfel groups and emitters, coefficients of the sky.
+//!
+//! A surfel's radiance is the mean of its samples' `L = Le + ρ/π · (E_direct + E_lightmap)`: emission of front
+//! faces, and the light that the sample's side reflects. `E_lightmap` is last frame's lightmap, which holds
+//! everything that arrives by way of the signals. Where emitters have signals of their own, surfels leave Le out.
+//!
+//! What changes rarely is kept: shadow rays are only traced when a light changed, the terms without feedback
+//! are only evaluated when a light or a material changed. Every frame then is one multiplication per sample.
+//! Feedback is clamped at zero, because truncated matrices can yield slightly negative irradiance and no
+//! surface reflects that.
+
+use std::f32::consts::FRAC_1_PI;
+use std::ops::Range;
+
+use probelight_asset::{BakedScene, LightSample, Surfel};
+use probelight_math::color::linear_from_srgb;
+use probelight_math::glam::Vec3;
+use probelight_scene::{Light, Lighting, Scene, Sky};
+use probelight_trace::{Tracer, direct_irradiance};
+use rayon::prelude::*;
+
+use super::sky_signals::SkyProjection;
+use crate::IrradianceLightmap;
+
+/// Samples a task works through.
+const SAMPLES_PER_TASK: usize = 2048;
+
+/// Surfels a task works through.
+const SURFELS_PER_TASK: usize = 512;
+
+/// What a material contributes to light transport, before textures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceColors {
+    /// Linear base colour factor.
+    pub base_color: Vec3,
+    /// Emitted radiance of the front face, W·m⁻²·sr⁻¹.
+    pub emission: Vec3,
+}
+
+impl SurfaceColors {
+    /// The colours of a scene's materials.
+    pub fn of(scene: &Scene) -> Vec<Self> {
+        let colors = |m: &probelight_scene::Material| Self {
+            base_color: m.base_color.truncate(),
+            emission: m.emission,
+        };
+        scene.materials.iter().map(colors).collect()
+    }
+}
+
+/// All scalar signals, and the parts of them that outlast a frame.
+#[derive(Clone, Debug)]
+pub struct ScalarSignals {
+    /// Irradiance of the analytic lights at each sample, W/m².
+    direct: Vec<Vec3>,
+    /// Radiance of each sample without feedback: emission and reflected direct light.
+    unbounced: Vec<Vec3>,
+    /// What each sample reflects of last frame's light.
+    feedback: Vec<Feedback>,
+    /// Mean of each surfel's `unbounced`.
+    unbounced_means: Vec<Vec3>,
+    /// Whether emitters carry the emission of a material.
+    has_emitter: Vec<bool>,
+    sky: SkyProjection,
+    /// In the order of [`BakedScene::scalar_signals`].
+    values: Vec<Vec3>,
+    linear_from_srgb: [f32; 256],
+}
+
+/// How a sample reflects the lightmap.
+#[derive(Clone, Copy, Debug, Default)]
+struct Feedback {
+    /// ρ/π.
+    reflectance: Vec3,
+    /// The texel, or [`NONE`](probelight_asset::NONE) where the lightmap has nothing.
+    texel: u32,
+}
+
+impl ScalarSignals {
+    /// Darkness for a baked scene.
+    pub fn new(baked: &BakedScene) -> Self {
+        let dark = vec![Vec3::ZERO; baked.light_samples.len()];
+        let mut has_emitter = vec![false; baked.scene.materials.len()];
+        for emitter in &baked.emitters {
+            has_emitter[emitter.material as usize] = true;
+        }
+        let feedback = |sample: &LightSample| Feedback { texel: sample.texel, ..Feedback::default() };
+        Self {
+            direct: dark.clone(),
+            unbounced: dark,
+            feedback: baked.light_samples.iter().map(feedback).collect(),
+            unbounced_means: vec![Vec3::ZERO; baked.surfels.len()],
+            has_emitter,
+            sky: SkyProjection::new(baked),
+            values: vec![Vec3::ZERO; baked.scalar_signals()],
+            linear_from_srgb: std::array::from_fn(|code| linear_from_srgb(code as f32 / 255.0)),
+        }
+    }
+
+    /// All scalar signals in the order of [`BakedScene::scalar_signals`], W·m⁻²·sr⁻¹.
+    pub fn values(&self) -> &[Vec3] {
+        &self.values
+    }
+
+    /// Traces shadow rays: direct irradiance of all samples. Needed when a light changed.
+    pub fn trace_direct(&mut self, baked: &BakedScene, tracer: &Tracer, lights: &[Light]) {
+        self.direct
+            .par_chunks_mut(SAMPLES_PER_TASK)
+            .zip(baked.light_samples.par_chunks(SAMPLES_PER_TASK))
+            .for_each(|(direct, samples)| {
+                for (direct, sample) in direct.iter_mut().zip(samples) {
+                    let front = tracer.front_normal(sample.triangle);
+                    let normal = if is_front(sample) { front } else { -front };
+                    *direct = direct_irradiance(tracer, lights, sample.position, normal);
+                }
+            });
+    }
+
+    /// Evaluates what does not depend on feedback, but for the sky. Needed when a light or a material changed.
+    pub fn shade(&mut self, baked: &BakedScene, lighting: &Lighting, colors: &[SurfaceColors]) {
+        self.shade_samples(baked, lighting, colors);
+        let unbounced = &self.unbounced;
+        self.unbounced_means
+            .par_chunks_mut(SURFELS_PER_TASK)
+            .zip(baked.surfels.par_chunks(SURFELS_PER_TASK))
+            .for_each(|(means, surfels)| {
+                for (mean, surfel) in means.iter_mut().zip(surfels) {
+                    let samples = &unbounced[samples_of(surfel)];
+                    *mean = samples.iter().sum::<Vec3>() / samples.len() as f32;
+                }
+            });
+        for (value, emitter) in self.values[baked.first_emitter_signal()..].iter_mut().zip(&baked.emitters) {
+            *value =
+                colors[emitter.material as usize].emission * lighting.emissive_scale * emitter.mean_texel;
+        }
+    }
+
+    fn shade_samples(&mut self, baked: &BakedScene, lighting: &Lighting, colors: &[SurfaceColors]) {
+        let (has_emitter, decode) = (&self.has_emitter, &self.linear_from_srgb);
+        let texel = |[r, g, b, _]: [u8; 4]| Vec3::from([r, g, b].map(|code| decode[usize::from(code)]));
+        self.unbounced
+            .par_chunks_mut(SAMPLES_PER_TASK)
+            .zip(self.feedback.par_chunks_mut(SAMPLES_PER_TASK))
+            .zip(
+                self.direct
+                    .par_chunks(SAMPLES_PER_TASK)
+                    .zip(baked.light_samples.par_chunks(SAMPLES_PER_TASK)),
+            )
+            .for_each(|((unbounced, feedback), (direct, samples))| {
+                for (i, sample) in samples.iter().enumerate() {
+                    let material = baked.scene.triangle_material[sample.triangle as usize] as usize;
+                    let reflectance =
+                        colors[material].base_color * texel(sample.base_color_and_side) * FRAC_1_PI;
+                    let shines = is_front(sample) && !has_emitter[material];
+                    let scale = if shines { lighting.emissive_scale } else { 0.0 };
+                    let emitted = colors[material].emission * texel(sample.emission_texel) * scale;
+                    unbounced[i] = emitted + reflectance * direct[i];
+                    feedback[i].reflectance = reflectance;
+                }
+            });
+    }
+
+    /// Evaluates the sky's signals. Needed when the sky changed.
+    pub fn project_sky(&mut self, baked: &BakedScene, sky: &Sky) {
+        self.sky.project(sky, &mut self.values[baked.first_sky_signal()..]);
+    }
+
+    /// Evaluates the radiance of all surfels and groups with last frame's lightmap as feedback.
+    pub fn light_surfels(&mut self, baked: &BakedScene, lightmap: &IrradianceLightmap) {
+        let (feedback, means) = (&self.feedback, &self.unbounced_means);
+        self.values[..baked.surfels.len()]
+            .par_chunks_mut(SURFELS_PER_TASK)
+            .zip(means.par_chunks(SURFELS_PER_TASK).zip(baked.surfels.par_chunks(SURFELS_PER_TASK)))
+            .for_each(|(values, (means, surfels))| {
+                for ((value, mean), surfel) in values.iter_mut().zip(means).zip(surfels) {
+                    let samples = &feedback[samples_of(surfel)];
+                    let reflected = samples.iter().map(|sample| sample.reflected(lightmap)).sum::<Vec3>();
+                    *value = *mean + reflected / samples.len() as f32;
+                }
+            });
+        // A few ten thousand multiplications, each of which may need the one before it.
+        for (number, group) in (baked.surfels.len()..).zip(&baked.surfel_groups) {
+            let [first, second] = group.children.map(|child| self.values[child as usize]);
+            self.values[number] = group.first_weight * first + (1.0 - group.first_weight) * second;
+        }
+    }
+}
+
+impl Feedback {
+    /// Radiance that the sample reflects of the lightmap's light.
+    #[inline(always)]
+    fn reflected(&self, lightmap: &IrradianceLightmap) -> Vec3 {
+        let irradiance = lightmap.texels.get(self.texel as usize).copied().unwrap_or(Vec3::ZERO);
+        self.reflectance * irradiance.max(Vec3::ZERO)
+    }
+}
+
+fn is_front(sample: &LightSample) -> bool {
+    sample.base_color_and_side[3] == 0
+}
+
+fn samples_of(surfel: &Surfel) -> Range<usize> {
+    surfel.first_sample as usize..surfel.first_sample as usize + surfel.sample_count as usize
+}
