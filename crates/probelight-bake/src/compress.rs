@@ -163,41 +163,65 @@ struct Components {
 
 impl Components {
     /// Decomposes A. Where the metric knows the light, the noise of the gather rays does not count as lost
-    /// energy: it is told from light by being different in the two halves. A matrix that does not decompose (it
-    /// holds no finite numbers) has no components.
+    /// energy. A matrix that does not decompose (it holds no finite numbers) has no components.
     fn of(a: &Mat<f32>, halves: &[Mat<f32>; 2], metric: &SignalMetric, most: usize) -> Self {
-        let gram = metric.gram(a, a);
-        let trace: f64 = (0..gram.nrows()).map(|r| gram[(r, r)]).sum();
-        let Ok(eigen) = gram.self_adjoint_eigen(Side::Lower) else {
+        let gram = metric.gram(a);
+        let total: f64 = (0..gram.nrows()).map(|r| gram[(r, r)]).sum();
+        let Some((u, energies)) = leading_eigenvectors(&gram, most) else {
             return Self { u: Mat::zeros(a.nrows(), 0), energies: Vec::new(), tails: vec![0.0], total: 0.0 };
         };
-        // Ascending, as faer has them.
-        let (vectors, values) = (eigen.U(), eigen.S().column_vector());
-        let last = a.nrows() - 1;
-        // Below this the Gram matrix holds rounding errors.
-        let useful = |k: &usize| values[last - k] > 1e-12 * trace;
-        let kept = (0..most).take_while(useful).count();
-        let energies: Vec<f64> = (0..kept).map(|k| values[last - k]).collect();
-        let (total, shares) = if metric.knows_the_light() {
-            let cross = metric.gram(&halves[0], &halves[1]);
-            let rotated = &cross * vectors;
-            let share = |k: usize| -> f64 {
-                vectors.col(last - k).iter().zip(rotated.col(last - k).iter()).map(|(u, v)| u * v).sum()
-            };
-            let total = (0..cross.nrows()).map(|r| cross[(r, r)]).sum();
-            (total, (0..kept).map(share).collect())
-        } else {
-            (trace, energies.clone())
+        let tails = match noise_free_tails(halves, metric, energies.len()) {
+            Some(tails) if metric.knows_the_light() && crate::knob("FULL", 0.0) == 0.0 => tails,
+            _ => tails_of(total, energies.iter().copied()),
         };
-        let mut rest = total;
-        let mut tails = vec![rest];
-        for share in shares {
-            rest -= share;
-            tails.push(rest.max(0.0));
-        }
-        let u = Mat::from_fn(a.nrows(), kept, |r, k| vectors[(r, last - k)] as f32);
+        let u = Mat::from_fn(u.nrows(), u.ncols(), |r, k| u[(r, k)] as f32);
         Self { u, energies, tails, total }
     }
+}
+
+/// Eigenvectors of the largest eigenvalues as columns, and these, descending.
+fn leading_eigenvectors(gram: &Mat<f64>, most: usize) -> Option<(Mat<f64>, Vec<f64>)> {
+    let eigen = gram.self_adjoint_eigen(Side::Lower).ok()?;
+    // Ascending, as faer has them.
+    let (vectors, values) = (eigen.U(), eigen.S().column_vector());
+    let last = gram.nrows() - 1;
+    let total: f64 = values.iter().sum();
+    // Below this the Gram matrix holds rounding errors.
+    let kept = (0..most).take_while(|k| values[last - k] > 1e-12 * total).count();
+    let u = Mat::from_fn(gram.nrows(), kept, |r, k| vectors[(r, last - k)]);
+    Some((u, (0..kept).map(|k| values[last - k]).collect()))
+}
+
+/// What is left of an energy after taking the first k shares, for every k.
+fn tails_of(total: f64, shares: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut tails = vec![total];
+    tails.extend(shares.scan(total, |rest, share| {
+        *rest -= share;
+        Some(*rest)
+    }));
+    tails
+}
+
+/// The energy of the light that the first k components lose, without the noise of the gather rays.
+///
+/// Components found in one half of the rays are tried on the other. What they miss there is light that is lost
+/// and noise; how much noise there is, the difference of the halves tells.
+fn noise_free_tails(halves: &[Mat<f32>; 2], metric: &SignalMetric, count: usize) -> Option<Vec<f64>> {
+    let (u, _) = leading_eigenvectors(&metric.gram(&halves[0]), count)?;
+    let tested = metric.gram(&halves[1]);
+    let difference = metric.gram(&((&halves[0] - &halves[1]) * Scale(0.5f32.sqrt())));
+    let receivers = tested.nrows();
+    let rotated = &tested * &u;
+    let share = |k: usize| -> f64 {
+        (0..receivers)
+            .map(|r| u[(r, k)] * rotated[(r, k)] - u[(r, k)] * u[(r, k)] * difference[(r, r)])
+            .sum()
+    };
+    let total: f64 = (0..receivers).map(|r| tested[(r, r)] - difference[(r, r)]).sum();
+    let mut tails = tails_of(total, (0..u.ncols()).map(share));
+    tails.resize(count + 1, tails.last().copied().unwrap_or(0.0));
+    tails.iter_mut().for_each(|tail| *tail = tail.max(0.0));
+    Some(tails)
 }
 
 /// Box around a cluster's receivers.

@@ -116,7 +116,7 @@ impl GroupWorker<'_> {
                 view.surfels.iter().filter(|s| **s != NONE).map(|surfel| (*surfel, weight)).collect()
             })
             .collect();
-        let error = PATCH_ERROR_SHARE * self.compressor.settings.max_cluster_error;
+        let error = crate::knob("PES", PATCH_ERROR_SHARE) * self.compressor.settings.max_cluster_error;
         PatchChoice::new(&self.light.surfels, ensemble, &witnesses, &seen, error * error)
     }
 
@@ -191,7 +191,7 @@ impl GroupWorker<'_> {
             .each_ref()
             .map(|rows| MatRef::from_row_major_slice(rows, receivers, transport.columns));
         let lit = Mat::from_fn(transport.columns, ensemble.count, |c, i| rows[c][i]);
-        SignalMetric::radiance(lit, floor, &((first + second) * Scale(0.5)))
+        SignalMetric::radiance(lit, ensemble.weights(), floor, &((first + second) * Scale(0.5)))
     }
 }
 

@@ -30,6 +30,9 @@ const SUNS: usize = 64;
 const SKIES: usize = 24;
 const MOST_EMITTERS: usize = 32;
 
+/// How much all analytic lights, all skies and all emitters count.
+const KIND_WEIGHTS: [f32; 3] = [0.6, 0.2, 0.2];
+
 /// Rays per surfel for bounced light, light samples per surfel for direct light, and bounces.
 const RAYS: u32 = 64;
 const SAMPLES: usize = 4;
@@ -44,8 +47,10 @@ pub(crate) struct LightEnsemble {
     scalars: Vec<f32>,
     /// Per probe and coefficient, then per lighting.
     probes: Vec<f32>,
-    /// Per patch: mean over the lightings of the variance of its surfels' radiance.
-    spread: Vec<f32>,
+    /// Per surfel group, then per lighting: mean square of its surfels' radiance.
+    squares: Vec<f32>,
+    /// How much each lighting counts; 1 on average.
+    weights: Vec<f32>,
 }
 
 impl LightEnsemble {
@@ -59,9 +64,14 @@ impl LightEnsemble {
         &self.probes[coefficient * self.count..][..self.count]
     }
 
-    /// Mean over the lightings of the variance of the radiance within a patch.
-    pub(crate) fn spread(&self, patch: u32) -> f32 {
-        self.spread[patch as usize]
+    /// How much each lighting counts; 1 on average.
+    pub(crate) fn weights(&self) -> &[f32] {
+        &self.weights
+    }
+
+    /// Mean square of the radiance of a group's surfels under each lighting.
+    pub(crate) fn square(&self, group: usize) -> &[f32] {
+        &self.squares[group * self.count..][..self.count]
     }
 }
 
@@ -128,31 +138,31 @@ impl LightEnsemble {
         }
         let mut radiance = bounce(&lit, count);
         let scales = normalize(&mut radiance, &input.tree.sizes[..surfels], count);
-        let mut ensemble = Self { count, scalars: radiance, ..Self::default() };
-        ensemble.spread = ensemble.add_groups(input.tree);
+        let weights = kind_weights(&lightings);
+        let mut ensemble = Self { count, scalars: radiance, weights, ..Self::default() };
+        ensemble.add_groups(input.tree);
         let sky = sky_of_directions(input.directions, &lightings, &scales);
         ensemble.probes = ensemble.light_probes(input, &sky);
         ensemble.add_emitters_and_sky(input, &lightings, &scales, &sky);
         Ok(ensemble)
     }
 
-    /// Appends the groups' radiance; returns the spread of every patch.
-    fn add_groups(&mut self, tree: &SurfelTree) -> Vec<f32> {
-        let count = self.count;
-        let mut squares = self.scalars.iter().map(|v| v * v).collect::<Vec<f32>>();
+    /// Appends the groups' radiance.
+    fn add_groups(&mut self, tree: &SurfelTree) {
+        let (count, surfels) = (self.count, tree.surfels.len());
         for group in &tree.groups {
             let w = group.first_weight;
             let [a, b] = group.children.map(|child| child as usize * count);
             for i in 0..count {
                 self.scalars.push(w * self.scalars[a + i] + (1.0 - w) * self.scalars[b + i]);
-                squares.push(w * squares[a + i] + (1.0 - w) * squares[b + i]);
+                let square = |child: usize| match child.checked_sub(surfels * count) {
+                    Some(group) => self.squares[group + i],
+                    None => self.scalars[child + i] * self.scalars[child + i],
+                };
+                let mean_square = w * square(a) + (1.0 - w) * square(b);
+                self.squares.push(mean_square);
             }
         }
-        let of_patch = |(mean, square): (&[f32], &[f32])| {
-            let variance = |(m, s): (&f32, &f32)| (s - m * m).max(0.0);
-            mean.iter().zip(square).map(variance).sum::<f32>() / count.max(1) as f32
-        };
-        self.scalars.chunks(count.max(1)).zip(squares.chunks(count.max(1))).map(of_patch).collect()
     }
 
     /// The probes' coefficients from the surfels' radiance.
@@ -252,6 +262,20 @@ fn draw_lightings(input: &EnsembleInput<'_>) -> Vec<Lighting> {
     let step = emitters.div_ceil(MOST_EMITTERS).max(1);
     lightings.extend((0..emitters as u32).step_by(step).map(Lighting::Emitter));
     lightings
+}
+
+/// The lightings' weights: all emitters together, all skies, and all analytic lights count by their kind.
+fn kind_weights(lightings: &[Lighting]) -> Vec<f32> {
+    let kind = |l: &Lighting| match l {
+        Lighting::Analytic(_) => 0,
+        Lighting::Sky(_) => 1,
+        Lighting::Emitter(_) => 2,
+    };
+    let mut counts = [0usize; 3];
+    lightings.iter().for_each(|l| counts[kind(l)] += 1);
+    let total: f32 = (0..3).filter(|k| counts[*k] > 0).map(|k| KIND_WEIGHTS[k]).sum();
+    let weight = |k: usize| lightings.len() as f32 * KIND_WEIGHTS[k] / (total * counts[k] as f32);
+    lightings.iter().map(|l| weight(kind(l))).collect()
 }
 
 /// The sky's radiance along each direction, then under each lighting.

@@ -9,6 +9,14 @@ use faer::{Mat, Scale};
 /// Share of the energy that the independent part of the radiance metric has.
 const FLOOR_SHARE: f32 = 0.05;
 
+/// How much each lighting counts for a cluster in which it has the given energy: dim ones by what they bring,
+/// bright ones all the same.
+pub(crate) fn lighting_weights(energies: &[f32], priors: &[f32]) -> Vec<f32> {
+    let mean = energies.iter().sum::<f32>() / energies.len().max(1) as f32;
+    let weight = |(energy, prior): (&f32, &f32)| prior / (energy + mean).max(f32::MIN_POSITIVE);
+    energies.iter().zip(priors).map(weight).collect()
+}
+
 /// Second moment of a cluster's signals.
 pub(crate) struct SignalMetric {
     /// Independent strength D of each signal.
@@ -25,14 +33,12 @@ impl SignalMetric {
 
     /// Signals as lightings make them: `lit` has a row for each signal and a column for each lighting,
     /// `floor` the signals' independent strengths up to a common factor. `a` is the cluster's matrix.
-    pub(crate) fn radiance(mut lit: Mat<f32>, mut floor: Vec<f32>, a: &Mat<f32>) -> Self {
+    pub(crate) fn radiance(mut lit: Mat<f32>, priors: &[f32], mut floor: Vec<f32>, a: &Mat<f32>) -> Self {
         let arriving = a * &lit;
         let lightings = lit.ncols();
         let energy = |i: usize| arriving.col(i).iter().map(|e| e * e).sum::<f32>();
         let energies: Vec<f32> = (0..lightings).map(energy).collect();
-        let mean = energies.iter().sum::<f32>() / lightings.max(1) as f32;
-        // Dim lightings count by what they bring, bright ones all the same.
-        let weights: Vec<f32> = energies.iter().map(|e| 1.0 / (e + mean).max(f32::MIN_POSITIVE)).collect();
+        let weights = lighting_weights(&energies, priors);
         for (i, weight) in weights.iter().enumerate() {
             let mut column = lit.col_mut(i);
             column *= Scale(weight.sqrt());
@@ -41,7 +47,7 @@ impl SignalMetric {
         let floor_energy: f32 = (0..a.ncols())
             .map(|c| floor[c] * floor[c] * a.col(c).iter().map(|v| v * v).sum::<f32>())
             .sum();
-        let factor = (FLOOR_SHARE * lit_energy / floor_energy.max(f32::MIN_POSITIVE)).sqrt();
+        let factor = (crate::knob("FLOOR", FLOOR_SHARE) * lit_energy / floor_energy.max(f32::MIN_POSITIVE)).sqrt();
         floor.iter_mut().for_each(|strength| *strength *= factor);
         Self { strengths: floor, lit: Some(lit) }
     }
@@ -51,12 +57,13 @@ impl SignalMetric {
         self.lit.is_some()
     }
 
-    /// `A M Bᵀ`.
-    pub(crate) fn gram(&self, a: &Mat<f32>, b: &Mat<f32>) -> Mat<f64> {
-        let scaled = Mat::from_fn(a.nrows(), a.ncols(), |r, c| a[(r, c)] * self.strengths[c].powi(2));
-        let mut gram = &scaled * b.transpose();
+    /// `A M Aᵀ`.
+    pub(crate) fn gram(&self, a: &Mat<f32>) -> Mat<f64> {
+        let scaled = Mat::from_fn(a.nrows(), a.ncols(), |r, c| a[(r, c)] * self.strengths[c]);
+        let mut gram = &scaled * scaled.transpose();
         if let Some(lit) = &self.lit {
-            gram += (a * lit) * (b * lit).transpose();
+            let arriving = a * lit;
+            gram += &arriving * arriving.transpose();
         }
         Mat::from_fn(gram.nrows(), gram.ncols(), |r, c| f64::from(gram[(r, c)]))
     }

@@ -30,7 +30,7 @@ pub struct BakeOptions {
     /// sparser than \[SED\]'s 0.02.
     pub probe_density: Option<f32>,
     /// Width of the surfels, metres. Default: a share of the scene's typical free distance, but not below
-    /// one and a half texels.
+    /// two and a half texels.
     pub surfel_size: Option<f32>,
     /// Most light samples per surfel. Default 8.
     pub samples_per_surfel: Option<u32>,
@@ -69,7 +69,7 @@ const TEXEL_PER_FREE_DISTANCE: f32 = 1.0 / 32.0;
 
 /// Default surfel width as a share of the typical free distance, and in texels at least.
 const SURFEL_PER_FREE_DISTANCE: f32 = 0.1;
-const TEXELS_PER_SURFEL: f32 = 1.5;
+const TEXELS_PER_SURFEL: f32 = 2.5;
 
 /// Highest band of the sky's own signals: skies are smooth, and what blocks them is in the matrix.
 const SKY_DEGREE: u32 = 4;

@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, HashMap};
 use probelight_asset::NONE;
 
 use crate::light_ensemble::LightEnsemble;
+use crate::metric::lighting_weights;
 use crate::surfels::SurfelTree;
 
 /// Receivers of a cluster whose view decides.
@@ -23,7 +24,8 @@ type Views = [f32; WITNESSES];
 pub(crate) struct PatchChoice {
     /// Numbers of the chosen patches, ascending.
     pub(crate) patches: Vec<u32>,
-    column_of_surfel: HashMap<u32, u32>,
+    /// Column of each seen surfel, and what its light is as a share of the patch's.
+    columns: HashMap<u32, (u32, f32)>,
 }
 
 impl PatchChoice {
@@ -38,41 +40,100 @@ impl PatchChoice {
         tolerance: f32,
     ) -> Self {
         let views = views_of_patches(tree, witnesses, seen);
-        let accepted = tolerance * arriving_energy(ensemble, witnesses);
+        let judge = Judge::new(ensemble, witnesses);
+        let accepted = tolerance * judge.arriving;
         let mut choice = Self::default();
         let mut pending: Vec<u32> =
             views.keys().copied().filter(|patch| tree.parents[*patch as usize] == NONE).collect();
         let mut chosen = Vec::new();
         while let Some(patch) = pending.pop() {
             let Some(view) = views.get(&patch) else { continue };
-            let energy = view.iter().map(|w| w * w).sum::<f32>() / witnesses.len().max(1) as f32;
+            let view = view.iter().map(|w| w * w).sum::<f32>() / witnesses.len().max(1) as f32;
             match tree.children(patch) {
-                Some(children) if energy * ensemble.spread(patch) > accepted => pending.extend(children),
+                Some(children) if view * judge.variance(tree, patch) > accepted => pending.extend(children),
                 _ => chosen.push(patch),
             }
         }
         chosen.sort_unstable();
         choice.patches = chosen;
-        choice.assign_surfels(tree, seen);
+        choice.assign_surfels(tree, ensemble, seen);
         choice
     }
 
-    /// Column of a surfel's light.
-    pub(crate) fn column(&self, surfel: u32) -> Option<usize> {
-        self.column_of_surfel.get(&surfel).map(|column| *column as usize)
+    /// The column that a surfel's light comes from, and its share: how bright the surfel is against the patch.
+    pub(crate) fn column(&self, surfel: u32) -> Option<(usize, f32)> {
+        self.columns.get(&surfel).map(|(column, share)| (*column as usize, *share))
     }
 
-    fn assign_surfels(&mut self, tree: &SurfelTree, seen: &[u32]) {
+    /// Finds the chosen patch of each seen surfel. The parts of a patch that are seen are often brighter than
+    /// those that are not; the share that is best under the ensemble's lightings takes this into account.
+    fn assign_surfels(&mut self, tree: &SurfelTree, ensemble: &LightEnsemble, seen: &[u32]) {
         for surfel in seen {
             let mut patch = *surfel;
             while patch != NONE {
                 if let Ok(column) = self.patches.binary_search(&patch) {
-                    self.column_of_surfel.insert(*surfel, column as u32);
+                    let share = share_of_patch(ensemble, *surfel, patch);
+                    self.columns.insert(*surfel, (column as u32, share));
                     break;
                 }
                 patch = tree.parents[patch as usize];
             }
         }
+    }
+}
+
+/// How bright a surfel is against its patch: the factor that fits best over the lightings, none of which counts
+/// much more than the mean for being bright.
+fn share_of_patch(ensemble: &LightEnsemble, surfel: u32, patch: u32) -> f32 {
+    if surfel == patch {
+        return 1.0;
+    }
+    let (part, whole) = (ensemble.scalar(surfel as usize), ensemble.scalar(patch as usize));
+    let mean_square = whole.iter().map(|v| v * v).sum::<f32>() / whole.len().max(1) as f32;
+    let (mut product, mut square) = (0.0, 0.0);
+    for ((part, whole), prior) in part.iter().zip(whole).zip(ensemble.weights()) {
+        let weight = prior / (whole * whole + mean_square).max(f32::MIN_POSITIVE);
+        product += weight * part * whole;
+        square += weight * whole * whole;
+    }
+    if square > 0.0 { product / square } else { 1.0 }
+}
+
+/// The lightings as a cluster sees them.
+struct Judge<'a> {
+    ensemble: &'a LightEnsemble,
+    /// How much each lighting counts.
+    weights: Vec<f32>,
+    /// Weighted energy of the light that arrives by way of surfels.
+    arriving: f32,
+}
+
+impl<'a> Judge<'a> {
+    fn new(ensemble: &'a LightEnsemble, witnesses: &[Vec<(u32, f32)>]) -> Self {
+        let mut energies = vec![0.0; ensemble.count];
+        let mut arriving = vec![0.0; ensemble.count];
+        for witness in witnesses {
+            arriving.fill(0.0);
+            for (surfel, weight) in witness {
+                for (sum, radiance) in arriving.iter_mut().zip(ensemble.scalar(*surfel as usize)) {
+                    *sum += weight * radiance;
+                }
+            }
+            energies.iter_mut().zip(&arriving).for_each(|(energy, e)| *energy += e * e);
+        }
+        energies.iter_mut().for_each(|energy| *energy /= witnesses.len().max(1) as f32);
+        let weights = lighting_weights(&energies, ensemble.weights());
+        let arriving = energies.iter().zip(&weights).map(|(e, w)| e * w).sum();
+        Self { ensemble, weights, arriving }
+    }
+
+    /// Weighted variance of the radiance within a patch.
+    fn variance(&self, tree: &SurfelTree, patch: u32) -> f32 {
+        let Some(group) = (patch as usize).checked_sub(tree.surfels.len()) else { return 0.0 };
+        let means = self.ensemble.scalar(patch as usize);
+        let squares = self.ensemble.square(group);
+        let variances = squares.iter().zip(means).map(|(square, mean)| (square - mean * mean).max(0.0));
+        variances.zip(&self.weights).map(|(variance, weight)| variance * weight).sum()
     }
 }
 
@@ -99,20 +160,4 @@ fn views_of_patches(
         views.insert(patch, view);
     }
     views
-}
-
-/// Mean square over witnesses and lightings of the light that arrives by way of surfels.
-fn arriving_energy(ensemble: &LightEnsemble, witnesses: &[Vec<(u32, f32)>]) -> f32 {
-    let mut total = 0.0;
-    let mut arriving = vec![0.0; ensemble.count];
-    for witness in witnesses {
-        arriving.fill(0.0);
-        for (surfel, weight) in witness {
-            for (sum, radiance) in arriving.iter_mut().zip(ensemble.scalar(*surfel as usize)) {
-                *sum += weight * radiance;
-            }
-        }
-        total += arriving.iter().map(|e| e * e).sum::<f32>();
-    }
-    total / (witnesses.len() * ensemble.count).max(1) as f32
 }

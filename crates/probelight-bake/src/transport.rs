@@ -171,7 +171,7 @@ impl TransportBuilder<'_> {
                 far.push((ray.end(self.tracer), weight * (1.0 - near)));
             }
             match scalars.patches.column(*surfel) {
-                Some(column) => row[column] += weight * near,
+                Some((column, share)) => row[column] += weight * near * share,
                 None if near > 0.0 => transport.uncovered_rays += 1,
                 None => {}
             }
