@@ -13,20 +13,46 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use probelight_asset::packed::Ranks;
 use probelight_runtime::{FrameTimings, Runtime, frame_bytes};
 use probelight_scene::Lighting;
 use rayon::prelude::*;
 use support::{Size, all_lights, random_room};
 
-/// The size of a baked atrium: 120,000 receivers.
-const ATRIUM: Size = Size {
+/// The size of a baked atrium as published: 120,000 receivers, relight rays that each see a point of their own.
+const PAPER: Size = Size {
     clusters: 500,
     receivers_per_cluster: 240,
-    rank: 32,
+    ranks: Ranks { f16: 32, snorm8: 0, snorm4: 0 },
+    surfels: 400 * 512,
+    samples_per_surfel: 1,
+    surfel_groups: 0,
+    emitters: 0,
+    sky_degree: None,
+    signals_per_cluster: 0,
     probes: 400,
     probes_per_cluster: 10,
     rays: 512,
     sh_degree: 7,
+    varied: false,
+};
+
+/// The same number of receivers with surfels, few probes of low degree, and packed matrices.
+const HYBRID: Size = Size {
+    clusters: 1000,
+    receivers_per_cluster: 120,
+    ranks: Ranks { f16: 1, snorm8: 8, snorm4: 16 },
+    surfels: 20_000,
+    samples_per_surfel: 7,
+    surfel_groups: 20_000,
+    emitters: 20,
+    sky_degree: Some(4),
+    signals_per_cluster: 200,
+    probes: 100,
+    probes_per_cluster: 8,
+    rays: 256,
+    sh_degree: 2,
+    varied: false,
 };
 
 /// More than any last-level cache holds.
@@ -49,14 +75,21 @@ fn timed(work: impl FnOnce()) -> Duration {
 }
 
 fn stages(criterion: &mut Criterion) {
-    let mut runtime = Runtime::new(Arc::new(random_room(ATRIUM))).unwrap();
-    runtime.set_lighting(all_lights());
-    runtime.step();
-    let mut group = criterion.benchmark_group("atrium");
+    for (name, size) in [("paper", PAPER), ("hybrid", HYBRID)] {
+        let mut runtime = Runtime::new(Arc::new(random_room(size))).unwrap();
+        runtime.set_lighting(all_lights());
+        runtime.step();
+        bench_stages(criterion, name, &mut runtime);
+        report_ratio(name, &mut runtime);
+    }
+}
+
+fn bench_stages(criterion: &mut Criterion, name: &str, runtime: &mut Runtime) {
+    let mut group = criterion.benchmark_group(name);
     let mut bench_stage = |name: &str, of: fn(&FrameTimings) -> Duration| {
         group.bench_function(name, |b| b.iter_custom(|n| (0..n).map(|_| of(&runtime.step())).sum()));
     };
-    bench_stage("light_relight_points", |t| t.light_relight_points);
+    bench_stage("light_surfels", |t| t.light_surfels);
     bench_stage("relight_probes", |t| t.relight_probes);
     bench_stage("project_clusters", |t| t.project_clusters);
     bench_stage("gather_receivers", |t| t.gather_receivers);
@@ -74,11 +107,10 @@ fn stages(criterion: &mut Criterion) {
         });
     });
     group.finish();
-    report_ratio(&mut runtime);
 }
 
 /// Prints how long a frame takes in multiples of reading its bytes once, both measured here.
-fn report_ratio(runtime: &mut Runtime) {
+fn report_ratio(name: &str, runtime: &mut Runtime) {
     let words = vec![1u64; BASELINE_BYTES / 8];
     let baseline =
         shortest(20, || timed(|| assert_eq!(black_box(read(black_box(&words))), words.len() as u64)));
@@ -87,7 +119,8 @@ fn report_ratio(runtime: &mut Runtime) {
     let bytes = frame_bytes(runtime.baked());
     let floor = bytes as f64 / bytes_per_second;
     println!(
-        "memory: {:.1} GB/s; frame: {:.2} ms for {:.1} MB, {:.2} ms to read them: ratio {:.2}",
+        "{name}: {:.1} bytes per receiver; memory: {:.1} GB/s; frame: {:.2} ms for {:.1} MB, {:.2} ms to read them: ratio {:.2}",
+        runtime.baked().matrix_bytes_per_receiver(),
         bytes_per_second * 1e-9,
         frame.as_secs_f64() * 1e3,
         bytes as f64 * 1e-6,
@@ -97,13 +130,8 @@ fn report_ratio(runtime: &mut Runtime) {
     let mut best = [Duration::MAX; 5];
     for _ in 0..200 {
         let t = runtime.step();
-        let stages = [
-            t.light_relight_points,
-            t.relight_probes,
-            t.project_clusters,
-            t.gather_receivers,
-            t.dilate_lightmap,
-        ];
+        let stages =
+            [t.light_surfels, t.relight_probes, t.project_clusters, t.gather_receivers, t.dilate_lightmap];
         best = std::array::from_fn(|i| best[i].min(stages[i]));
     }
     println!("shortest light, relight, project, gather, dilate: {best:?}");

@@ -6,12 +6,13 @@ use std::f32::consts::PI;
 use std::sync::Arc;
 
 use half::f16;
-use probelight_asset::{BakedScene, RelightPoint};
+use probelight_asset::packed::{Precision, Ranks};
+use probelight_asset::{BakedScene, Emitter, LightSample, NONE, Surfel, SurfelGroup};
 use probelight_math::glam::Vec3;
 use probelight_runtime::Runtime;
-use probelight_scene::{Light, Lighting};
-use support::{SMALL, Size, all_lights, floor_and_shade, material, random_room, single_probe, sky_point};
-use support::{uniform_sky, white_point};
+use probelight_scene::{Light, Lighting, Sky};
+use support::{SMALL, Size, all_lights, floor_and_shade, material, random_room, single_probe};
+use support::{uniform_sky, white_sample};
 
 fn runtime(baked: BakedScene) -> Runtime {
     Runtime::new(Arc::new(baked)).unwrap()
@@ -20,7 +21,7 @@ fn runtime(baked: BakedScene) -> Runtime {
 #[test]
 fn constant_radiance_has_only_the_constant_coefficient() {
     let radiance = Vec3::new(0.5, 1.0, 2.0);
-    let mut runtime = runtime(single_probe(floor_and_shade(), sky_point(), &[PI]));
+    let mut runtime = runtime(single_probe(floor_and_shade(), None, &[PI]));
     runtime.set_lighting(uniform_sky(radiance));
     runtime.step();
     for channel in 0..3 {
@@ -36,7 +37,7 @@ fn constant_radiance_has_only_the_constant_coefficient() {
 
 #[test]
 fn sky_that_varies_has_other_coefficients_too() {
-    let mut runtime = runtime(single_probe(floor_and_shade(), sky_point(), &[PI]));
+    let mut runtime = runtime(single_probe(floor_and_shade(), None, &[PI]));
     runtime.set_lighting(all_lights());
     runtime.step();
     assert!(runtime.probe_radiance().coefficients(0, 0)[1..].iter().any(|c| c.abs() > 0.01));
@@ -48,7 +49,7 @@ fn furnace_converges_to_the_geometric_series() {
     let mut scene = floor_and_shade();
     scene.materials[0] = material(albedo, emitted);
     let gain = f16::from_f32(PI).to_f32();
-    let mut runtime = runtime(single_probe(scene, white_point(), &[gain]));
+    let mut runtime = runtime(single_probe(scene, Some(white_sample()), &[gain]));
     // E = gain · (Le + ρ/π · E): the n-th step has n terms of the series.
     let bounce = albedo * gain / PI;
     let mut expected = Vec3::ZERO;
@@ -78,16 +79,16 @@ fn converge_stops_at_its_limit_and_in_darkness() {
 }
 
 #[test]
-fn point_light_reaches_the_side_that_was_hit() {
+fn point_light_reaches_the_side_of_the_sample() {
     let lit = |side: u8, height: f32| {
-        let mut point = RelightPoint { position: Vec3::new(2.0, 0.0, 0.5), ..white_point() };
-        point.base_color_and_side[3] = side;
-        let mut runtime = runtime(single_probe(floor_and_shade(), point, &[1.0]));
+        let mut sample = LightSample { position: Vec3::new(2.0, 0.0, 0.5), ..white_sample() };
+        sample.base_color_and_side[3] = side;
+        let mut runtime = runtime(single_probe(floor_and_shade(), Some(sample), &[1.0]));
         let position = Vec3::new(2.0, height, 0.5);
         let lights = vec![Light::Point { position, intensity: Vec3::splat(8.0 * PI) }];
         runtime.set_lighting(Lighting { lights, ..Lighting::default() });
         runtime.step();
-        runtime.relight_radiance().values()[0]
+        runtime.surfel_radiance()[0]
     };
     // L = ρ/π · I/d², with the floor's albedo.
     let expected = Vec3::new(0.7, 0.5, 0.3) * 2.0;
@@ -99,13 +100,13 @@ fn point_light_reaches_the_side_that_was_hit() {
 #[test]
 fn shadows_fall_and_back_faces_do_not_emit() {
     let shine = |position: Vec3, triangle: u32, side: u8| {
-        let mut point = RelightPoint { position, triangle, ..white_point() };
-        point.base_color_and_side[3] = side;
-        let mut runtime = runtime(single_probe(floor_and_shade(), point, &[1.0]));
+        let mut sample = LightSample { position, triangle, ..white_sample() };
+        sample.base_color_and_side[3] = side;
+        let mut runtime = runtime(single_probe(floor_and_shade(), Some(sample), &[1.0]));
         let lights = vec![Light::Directional { direction: -Vec3::Y, irradiance: Vec3::splat(PI) }];
         runtime.set_lighting(Lighting { lights, ..Lighting::default() });
         runtime.step();
-        runtime.relight_radiance().values()[0]
+        runtime.surfel_radiance()[0]
     };
     assert!(shine(Vec3::new(2.0, 0.0, 0.0), 0, 0).abs_diff_eq(Vec3::new(0.7, 0.5, 0.3), 1e-5));
     assert_eq!(shine(Vec3::new(0.5, 0.0, 0.0), 0, 0), Vec3::ZERO);
@@ -114,31 +115,138 @@ fn shadows_fall_and_back_faces_do_not_emit() {
     assert_eq!(shine(Vec3::Y, 2, 1), Vec3::ZERO);
 }
 
-/// With U and ΣVᵀ the identity, receiver i is the i-th signal.
+/// A floor whose surfels shine by emission alone, each sample as bright as its emissive texel says.
+fn emissive_floor(samples: &[[u8; 3]], surfels: &[u32]) -> BakedScene {
+    let mut scene = floor_and_shade();
+    scene.materials[0] = material(Vec3::ZERO, Vec3::ONE);
+    let mut baked = single_probe(scene, None, &[1.0]);
+    let sample =
+        |[r, g, b]: [u8; 3]| LightSample { emission_texel: [r, g, b, 0], texel: NONE, ..white_sample() };
+    baked.light_samples = samples.iter().copied().map(sample).collect();
+    for sample_count in surfels.iter().copied() {
+        let first_sample = baked.surfels.last().map_or(0, |last| last.first_sample + last.sample_count);
+        baked.surfels.push(Surfel { first_sample, sample_count });
+    }
+    baked
+}
+
 #[test]
-fn identity_matrices_pass_the_signals_in_the_order_of_bands() {
-    let (probes, columns) = (2, 8);
-    let size = Size {
-        clusters: 1,
-        receivers_per_cluster: columns,
-        rank: columns,
-        probes,
-        probes_per_cluster: probes,
-        rays: 40,
-        sh_degree: 1,
-    };
-    let mut baked = random_room(size);
-    let identity = |i: usize| if i.is_multiple_of(columns + 1) { f16::ONE } else { f16::ZERO };
-    baked.receiver_basis = (0..columns * columns).map(identity).collect();
-    baked.signal_basis = (0..columns * columns).map(identity).collect();
-    baked.row_scales.fill(1.0);
+fn surfels_are_means_of_samples_and_groups_of_surfels() {
+    let mut baked = emissive_floor(&[[255, 0, 0], [0, 255, 0], [0, 0, 0], [0, 0, 255]], &[3, 1]);
+    baked.surfel_groups = vec![
+        SurfelGroup { children: [0, 1], first_weight: 0.75 },
+        SurfelGroup { children: [1, 2], first_weight: 0.5 },
+        SurfelGroup { children: [3, 3], first_weight: 1.0 },
+    ];
     let mut runtime = runtime(baked);
-    runtime.set_lighting(all_lights());
     runtime.step();
-    let order = [(0, 0), (1, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3)];
-    for (receiver, (probe, coefficient)) in runtime.receiver_irradiance().iter().zip(order) {
-        for channel in 0..3 {
-            assert_eq!(receiver[channel], runtime.probe_radiance().coefficients(probe, channel)[coefficient]);
+    let expected = [
+        Vec3::new(1.0 / 3.0, 1.0 / 3.0, 0.0),
+        Vec3::Z,
+        Vec3::new(0.25, 0.25, 0.25),
+        Vec3::new(0.125, 0.125, 0.625),
+        Vec3::new(0.125, 0.125, 0.625),
+    ];
+    for (signal, expected) in runtime.signals().values().iter().zip(expected) {
+        assert!(signal.abs_diff_eq(expected, 1e-6), "{signal} for {expected}");
+    }
+    assert_eq!(runtime.signals().values().len(), 5);
+}
+
+#[test]
+fn emitters_shine_in_place_of_their_surfels() {
+    let mean_texel = Vec3::new(0.5, 0.25, 1.0);
+    let mut baked = emissive_floor(&[[255, 255, 255]], &[1]);
+    let signals = |baked: BakedScene, lighting: Lighting| {
+        let mut runtime = runtime(baked);
+        runtime.set_lighting(lighting);
+        runtime.set_emission(0, Vec3::new(2.0, 4.0, 1.0)).unwrap();
+        runtime.step();
+        runtime.signals().values().to_vec()
+    };
+    let bright = Lighting { emissive_scale: 3.0, ..Lighting::default() };
+    assert_eq!(signals(baked.clone(), bright.clone()), [Vec3::new(6.0, 12.0, 3.0)]);
+    // An emitter of another material changes nothing.
+    baked.emitters = vec![Emitter { material: 1, mean_texel: Vec3::ZERO }];
+    assert_eq!(signals(baked.clone(), bright.clone()), [Vec3::new(6.0, 12.0, 3.0), Vec3::ZERO]);
+    baked.emitters = vec![Emitter { material: 0, mean_texel }];
+    assert_eq!(signals(baked.clone(), bright), [Vec3::ZERO, Vec3::new(3.0, 3.0, 3.0)]);
+    let off = Lighting { emissive_scale: 0.0, ..Lighting::default() };
+    assert_eq!(signals(baked, off), [Vec3::ZERO; 2]);
+}
+
+#[test]
+fn sky_with_signals_of_its_own_is_dark_to_probes() {
+    let mut baked = single_probe(floor_and_shade(), None, &[1.0]);
+    baked.settings.sky_degree = Some(2);
+    let mut runtime = runtime(baked);
+    // Linear in y, so that bands 0 and 1 hold all of it.
+    let (horizon, slope) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.5, 0.0, -1.0));
+    let sky = Sky::Gradient { zenith: horizon + slope, horizon, ground: horizon - slope };
+    runtime.set_lighting(Lighting { sky, ..Lighting::default() });
+    runtime.step();
+    assert_eq!(runtime.receiver_irradiance()[0], Vec3::ZERO);
+    let signals = runtime.signals().values();
+    assert_eq!(signals.len(), 9);
+    for (j, signal) in signals.iter().enumerate() {
+        let expected = match j {
+            0 => horizon * 2.0 * PI.sqrt(),
+            1 => slope * (4.0 * PI / 3.0).sqrt(),
+            _ => Vec3::ZERO,
+        };
+        assert!(signal.abs_diff_eq(expected, 2e-5), "{j}: {signal} for {expected}");
+    }
+}
+
+/// With U and ΣVᵀ the identity, receiver i is the i-th column: first the scalar signals, then the probes'
+/// coefficients in the order of bands.
+#[test]
+fn identity_matrices_pass_the_columns_in_order() {
+    let (probes, scalars, columns) = (2, 3, 11);
+    let all = columns as u32;
+    let ranks = [
+        Ranks { f16: all, ..Ranks::default() },
+        Ranks { snorm8: all, ..Ranks::default() },
+        Ranks { snorm4: all, ..Ranks::default() },
+        Ranks { f16: 4, snorm8: 5, snorm4: 2 },
+    ];
+    for ranks in ranks {
+        let size = Size {
+            clusters: 1,
+            receivers_per_cluster: columns,
+            ranks,
+            signals_per_cluster: scalars,
+            probes,
+            probes_per_cluster: probes,
+            sh_degree: 1,
+            ..SMALL
+        };
+        let mut baked = random_room(size);
+        (baked.receiver_basis, baked.signal_basis) = (identity(ranks, columns), identity(ranks, columns));
+        baked.row_scales.fill(1.0);
+        baked.column_exponents.fill(8);
+        let numbers = baked.cluster_signals.clone();
+        let mut runtime = runtime(baked);
+        runtime.set_lighting(all_lights());
+        runtime.step();
+        let coefficient = |(probe, j): (usize, usize)| {
+            Vec3::from([0, 1, 2].map(|c| runtime.probe_radiance().coefficients(probe, c)[j]))
+        };
+        let order = [(0, 0), (1, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3)].map(coefficient);
+        let signals = numbers.iter().map(|number| runtime.signals().values()[*number as usize]);
+        for (receiver, column) in runtime.receiver_irradiance().iter().zip(signals.chain(order)) {
+            // An exponent of eight is a factor of one half.
+            assert!(receiver.abs_diff_eq(0.5 * column, 1e-6 * column.length()), "{receiver} for {column}");
         }
     }
+}
+
+fn identity(ranks: Ranks, count: usize) -> Vec<u32> {
+    let mut words = Vec::new();
+    for k in 0..count {
+        let line: Vec<f32> = (0..count).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
+        let precision: Precision = ranks.precision(k);
+        precision.pack(&line, &mut words);
+    }
+    words
 }

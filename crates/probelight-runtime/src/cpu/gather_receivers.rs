@@ -5,6 +5,7 @@ use probelight_asset::{BakedScene, Cluster};
 use probelight_math::glam::Vec3;
 
 use super::clusters_in_parallel::for_each_cluster;
+use super::padded_end::PaddedEnd;
 use super::texel_copies::TexelCopies;
 use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes};
@@ -21,6 +22,7 @@ const VECTORS: usize = 4;
 pub struct ReceiverIrradiance {
     values: Vec<Vec3>,
     copies: TexelCopies,
+    basis_end: PaddedEnd,
 }
 
 impl ReceiverIrradiance {
@@ -29,6 +31,10 @@ impl ReceiverIrradiance {
         Self {
             values: vec![Vec3::ZERO; baked.receiver_texels.len()],
             copies: TexelCopies::new(baked.receiver_texels.iter().copied().zip(0..)),
+            basis_end: PaddedEnd::new(
+                &baked.receiver_basis,
+                baked.clusters.iter().map(|cluster| cluster.receiver_basis_offset),
+            ),
         }
     }
 
@@ -50,10 +56,11 @@ impl ReceiverIrradiance {
         coefficients: &[[f32; 3]],
         lightmap: &mut IrradianceLightmap,
     ) {
+        let end = &self.basis_end;
         let start = |cluster: &Cluster| cluster.first_receiver as usize;
         for_each_cluster(&baked.clusters, &mut self.values, &start, &|cluster, receivers| {
             let b = &coefficients[cluster.row_scale_offset as usize..][..cluster.ranks.total() as usize];
-            let basis = &baked.receiver_basis[cluster.receiver_basis_offset as usize..];
+            let basis = end.words_from(&baked.receiver_basis, cluster.receiver_basis_offset);
             gather_cluster(basis, cluster.ranks, b, receivers);
         });
         self.copies.apply(&self.values, &mut lightmap.texels);

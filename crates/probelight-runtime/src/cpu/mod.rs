@@ -7,6 +7,7 @@ mod clusters_in_parallel;
 pub mod dilate_lightmap;
 pub mod gather_receivers;
 pub mod light_surfels;
+mod padded_end;
 mod per_thread;
 pub mod project_clusters;
 pub mod relight_probes;

@@ -4,6 +4,7 @@ use probelight_asset::{BakedScene, Cluster};
 use probelight_math::glam::Vec3;
 
 use super::clusters_in_parallel::for_each_cluster;
+use super::padded_end::PaddedEnd;
 use super::per_thread::PerThread;
 use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes, ProbeRadiance, load};
@@ -19,6 +20,7 @@ pub struct ClusterCoefficients {
     columns: PerThread<Columns>,
     /// 2^(−e/8) for each exponent e.
     column_factors: [f32; 256],
+    basis_end: PaddedEnd,
 }
 
 impl ClusterCoefficients {
@@ -29,6 +31,10 @@ impl ClusterCoefficients {
             values: vec![[0.0; 3]; baked.row_scales.len()],
             columns: PerThread::new(|| Columns::new(columns)),
             column_factors: std::array::from_fn(|e| (-(e as f32) / 8.0).exp2()),
+            basis_end: PaddedEnd::new(
+                &baked.signal_basis,
+                baked.clusters.iter().map(|cluster| cluster.signal_basis_offset),
+            ),
         }
     }
 
@@ -40,13 +46,14 @@ impl ClusterCoefficients {
     /// Computes b from the scalar signals and the probes' coefficients.
     pub fn project_clusters(&mut self, baked: &BakedScene, signals: &[Vec3], probes: &ProbeRadiance) {
         let start = |cluster: &Cluster| cluster.row_scale_offset as usize;
-        let (columns, factors) = (&self.columns, &self.column_factors);
+        let (columns, factors, end) = (&self.columns, &self.column_factors, &self.basis_end);
         for_each_cluster(&baked.clusters, &mut self.values, &start, &|cluster, b| {
             let mut columns = columns.lock();
             columns.load_signals(baked, cluster, signals);
             columns.load_probes(baked, cluster, probes);
             columns.scale(baked, cluster, factors);
-            project_cluster(baked, cluster, &columns, b);
+            let words = end.words_from(&baked.signal_basis, cluster.signal_basis_offset);
+            project_cluster(baked, cluster, words, &columns, b);
         });
     }
 }
@@ -117,67 +124,71 @@ impl Columns {
     }
 }
 
-/// b = (ΣVᵀ)·s for one cluster.
-fn project_cluster(baked: &BakedScene, cluster: &Cluster, columns: &Columns, b: &mut [[f32; 3]]) {
-    let count = baked.column_count(cluster);
-    let scales = &baked.row_scales[cluster.row_scale_offset as usize..][..b.len()];
-    let columns = columns.channels.each_ref().map(|c| &c[..count.next_multiple_of(LANES)]);
-    let rows = &baked.signal_basis[cluster.signal_basis_offset as usize..];
+/// A stretch of rows of ΣVᵀ that are stored with one precision, and the words behind it.
+#[derive(Clone, Copy)]
+struct Rows<'a> {
+    words: &'a [u32],
+    /// Values of a row.
+    columns: usize,
+}
+
+impl<'a> Rows<'a> {
+    /// Products of the first rows with the three channels, without their scales. Returns the rows behind them.
+    fn multiply_section<E: Encoding>(mut self, channels: [&[f32]; 3], products: &mut [[f32; 3]]) -> Self {
+        let mut blocks = products.chunks_exact_mut(ROWS);
+        for block in &mut blocks {
+            self = self.multiply::<E, ROWS>(channels, block);
+        }
+        match blocks.into_remainder() {
+            rest @ [_] => self.multiply::<E, 1>(channels, rest),
+            rest @ [_, _] => self.multiply::<E, 2>(channels, rest),
+            rest @ [_, _, _] => self.multiply::<E, 3>(channels, rest),
+            _ => self,
+        }
+    }
+
+    /// Products of the first `R` rows. Returns the rows behind them.
+    ///
+    /// The last vector of a row reaches into what follows it: there the channels are zero, and packed values
+    /// are finite whatever their bits.
+    #[inline(always)]
+    fn multiply<E: Encoding, const R: usize>(self, channels: [&[f32]; 3], products: &mut [[f32; 3]]) -> Self {
+        let words = E::PRECISION.words(self.columns);
+        let rows: [&[u32]; R] = std::array::from_fn(|row| &self.words[row * words..]);
+        let mut sums = [[Lanes::ZERO; 3]; R];
+        for vector in 0..self.columns.div_ceil(LANES) {
+            let signals = channels.map(|channel| load(&channel[vector * LANES..]));
+            for (sums, row) in sums.iter_mut().zip(rows) {
+                let values = E::decode(&row[vector * LANES / E::PRECISION.values_per_word()..]);
+                for (sum, signal) in sums.iter_mut().zip(signals) {
+                    *sum = values.mul_add(signal, *sum);
+                }
+            }
+        }
+        for (product, sums) in products.iter_mut().zip(sums) {
+            *product = sums.map(|sum| sum.reduce_add() * E::UNIT);
+        }
+        Self { words: &self.words[R * words..], ..self }
+    }
+}
+
+/// b = (ΣVᵀ)·s for one cluster, whose matrix is the beginning of `words`.
+fn project_cluster(
+    baked: &BakedScene,
+    cluster: &Cluster,
+    words: &[u32],
+    columns: &Columns,
+    b: &mut [[f32; 3]],
+) {
+    let rows = Rows { words, columns: baked.column_count(cluster) };
+    let channels = columns.channels.each_ref().map(Vec::as_slice);
     let (f16, integers) = b.split_at_mut(cluster.ranks.f16 as usize);
     let (snorm8, snorm4) = integers.split_at_mut(cluster.ranks.snorm8 as usize);
-    let rows = multiply_section::<F16>(rows, count, columns, f16);
-    let rows = multiply_section::<Snorm8>(rows, count, columns, snorm8);
-    multiply_section::<Snorm4>(rows, count, columns, snorm4);
+    rows.multiply_section::<F16>(channels, f16)
+        .multiply_section::<Snorm8>(channels, snorm8)
+        .multiply_section::<Snorm4>(channels, snorm4);
+    let scales = &baked.row_scales[cluster.row_scale_offset as usize..];
     for (b, scale) in b.iter_mut().zip(scales) {
         *b = b.map(|channel| channel * scale);
     }
-}
-
-/// Products of the rows of one precision, without their scales. Returns what lies behind them.
-fn multiply_section<'a, E: Encoding>(
-    rows: &'a [u32],
-    count: usize,
-    columns: [&[f32]; 3],
-    products: &mut [[f32; 3]],
-) -> &'a [u32] {
-    let words = E::PRECISION.words(count);
-    let mut blocks = products.chunks_exact_mut(ROWS);
-    let mut rest = rows;
-    for block in &mut blocks {
-        block.copy_from_slice(&multiply_rows::<E, ROWS>(rest, words, columns));
-        rest = &rest[ROWS * words..];
-    }
-    match blocks.into_remainder() {
-        [] => {}
-        [a] => [*a] = multiply_rows::<E, 1>(rest, words, columns),
-        [a, b] => [*a, *b] = multiply_rows::<E, 2>(rest, words, columns),
-        [a, b, c] => [*a, *b, *c] = multiply_rows::<E, 3>(rest, words, columns),
-        _ => unreachable!("a remainder is shorter than a block"),
-    }
-    &rows[products.len() * words..]
-}
-
-/// Products of `R` rows of `words` words with the three channels.
-///
-/// The last vector of a row reaches into what follows it: there the channels are zero, and packed values are
-/// finite whatever their bits.
-#[inline(always)]
-fn multiply_rows<E: Encoding, const R: usize>(
-    rows: &[u32],
-    words: usize,
-    columns: [&[f32]; 3],
-) -> [[f32; 3]; R] {
-    let mut sums = [[Lanes::ZERO; 3]; R];
-    let mut row_words: [&[u32]; R] = std::array::from_fn(|row| &rows[row * words..]);
-    for at in (0..columns[0].len()).step_by(LANES) {
-        let signals = columns.map(|channel| load(&channel[at..]));
-        for (sums, words) in sums.iter_mut().zip(&mut row_words) {
-            let values = E::decode(words);
-            *words = words.get(LANES / E::PRECISION.values_per_word()..).unwrap_or_default();
-            for (sum, signal) in sums.iter_mut().zip(signals) {
-                *sum = values.mul_add(signal, *sum);
-            }
-        }
-    }
-    sums.map(|row| row.map(|sum| sum.reduce_add() * E::UNIT))
 }

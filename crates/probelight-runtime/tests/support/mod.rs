@@ -4,12 +4,14 @@
 
 pub(crate) mod slow_frame;
 
-use half::f16;
-use probelight_asset::{BakedScene, Cluster, LightmapFace, LightmapLayout, NONE, Probe, RelightPoint};
+use probelight_asset::packed::{Precision, Ranks};
+use probelight_asset::{
+    BakedScene, Cluster, Emitter, LightSample, LightmapFace, LightmapLayout, NONE, Probe, Surfel, SurfelGroup,
+};
 use probelight_math::directions::progressive_sphere;
 use probelight_math::glam::{Vec2, Vec3, Vec4};
 use probelight_math::sampling::Rng;
-use probelight_math::sh::{Y00, coefficient_count};
+use probelight_math::sh::Y00;
 use probelight_scene::{Bounds, Light, Lighting, Material, Scene, Sky};
 
 /// Size of a [`random_room`].
@@ -17,22 +19,53 @@ use probelight_scene::{Bounds, Light, Lighting, Material, Scene, Sky};
 pub(crate) struct Size {
     pub(crate) clusters: usize,
     pub(crate) receivers_per_cluster: usize,
-    pub(crate) rank: usize,
+    pub(crate) ranks: Ranks,
+    pub(crate) surfels: usize,
+    /// Surfels have 1 to this many samples.
+    pub(crate) samples_per_surfel: usize,
+    pub(crate) surfel_groups: usize,
+    pub(crate) emitters: usize,
+    pub(crate) sky_degree: Option<u32>,
+    pub(crate) signals_per_cluster: usize,
     pub(crate) probes: usize,
     pub(crate) probes_per_cluster: usize,
     pub(crate) rays: usize,
     pub(crate) sh_degree: usize,
+    /// Whether every third cluster has no scalar signals and every third no probes, with the ranks of the
+    /// precisions changing places.
+    pub(crate) varied: bool,
 }
 
 /// Small, with every remainder that the vector loops must handle.
 pub(crate) const SMALL: Size = Size {
     clusters: 11,
     receivers_per_cluster: 101,
-    rank: 7,
+    ranks: Ranks { f16: 2, snorm8: 7, snorm4: 5 },
+    surfels: 70,
+    samples_per_surfel: 5,
+    surfel_groups: 30,
+    emitters: 2,
+    sky_degree: Some(2),
+    signals_per_cluster: 37,
     probes: 19,
     probes_per_cluster: 3,
     rays: 60,
     sh_degree: 4,
+    varied: true,
+};
+
+/// As [`SMALL`], but as published: relight rays that each see a point of their own or the sky, signals from
+/// probes alone, half floats.
+pub(crate) const SMALL_PAPER: Size = Size {
+    ranks: Ranks { f16: 7, snorm8: 0, snorm4: 0 },
+    surfels: 19 * 60,
+    samples_per_surfel: 1,
+    surfel_groups: 0,
+    emitters: 0,
+    sky_degree: None,
+    signals_per_cluster: 0,
+    varied: false,
+    ..SMALL
 };
 
 /// Adds a quad (counter-clockwise corners) to a scene.
@@ -94,34 +127,58 @@ pub(crate) fn all_lights() -> Lighting {
     }
 }
 
-/// [`floor_and_shade`] with random relight points and random matrices. Clusters are square tiles of the
-/// lightmap, with a border of dilated texels.
+/// [`floor_and_shade`] with random surfels and random matrices. Clusters are square tiles of the lightmap, with
+/// a border of dilated texels.
 pub(crate) fn random_room(size: Size) -> BakedScene {
-    let scene = floor_and_shade();
     let rng = &mut Rng::new(size.clusters as u64, 1);
-    let mut baked = BakedScene { relight_directions: progressive_sphere(size.rays), ..BakedScene::default() };
+    let mut baked = BakedScene {
+        scene: floor_and_shade(),
+        relight_directions: progressive_sphere(size.rays),
+        ..BakedScene::default()
+    };
     baked.settings.sh_degree = size.sh_degree as u32;
+    baked.settings.sky_degree = size.sky_degree;
     baked.probes =
         (0..size.probes).map(|i| Probe { position: Vec3::splat(i as f32), support_radius: 1.0 }).collect();
     tile_lightmap(&mut baked, size);
-    baked.lightmap.faces = vec![LightmapFace::default(); scene.triangles.len()];
-    baked.lightmap.back_faces = vec![NONE; scene.triangles.len()];
-    baked.relight_points = (0..size.probes * size.rays)
-        .map(|_| random_relight_point(rng, &scene, &baked.receiver_texels))
+    baked.lightmap.faces = vec![LightmapFace::default(); baked.scene.triangles.len()];
+    baked.lightmap.back_faces = vec![NONE; baked.scene.triangles.len()];
+    push_random_surfels(&mut baked, rng, size);
+    baked.emitters = (0..size.emitters)
+        .map(|_| Emitter { material: 1, mean_texel: rng.next_vec2().extend(rng.next_f32()) })
         .collect();
-    baked.scene = scene;
+    let random_surfel = |_| if rng.next_f32() < 0.1 { NONE } else { below(rng, size.surfels) };
+    baked.relight_surfels = (0..size.probes * size.rays).map(random_surfel).collect();
     for index in 0..size.clusters {
         push_random_cluster(&mut baked, rng, size, index);
     }
     baked
 }
 
-fn random_relight_point(rng: &mut Rng, scene: &Scene, receiver_texels: &[u32]) -> RelightPoint {
-    if rng.next_f32() < 0.1 {
-        return RelightPoint { triangle: NONE, texel: NONE, ..RelightPoint::default() };
+/// A random number below `end`.
+fn below(rng: &mut Rng, end: usize) -> u32 {
+    rng.next_u32() % end as u32
+}
+
+fn push_random_surfels(baked: &mut BakedScene, rng: &mut Rng, size: Size) {
+    for _ in 0..size.surfels {
+        let sample_count = 1 + below(rng, size.samples_per_surfel);
+        let first_sample = baked.light_samples.len() as u32;
+        baked.surfels.push(Surfel { first_sample, sample_count });
+        for _ in 0..sample_count {
+            let sample = random_light_sample(rng, &baked.scene, &baked.receiver_texels);
+            baked.light_samples.push(sample);
+        }
     }
-    let triangle = rng.next_u32() as usize % scene.triangles.len();
-    let [a, b, c] = scene.corners(triangle);
+    for number in size.surfels..size.surfels + size.surfel_groups {
+        let children = [below(rng, number), below(rng, number)];
+        baked.surfel_groups.push(SurfelGroup { children, first_weight: rng.next_f32() });
+    }
+}
+
+fn random_light_sample(rng: &mut Rng, scene: &Scene, receiver_texels: &[u32]) -> LightSample {
+    let triangle = below(rng, scene.triangles.len());
+    let [a, b, c] = scene.corners(triangle as usize);
     let (mut u, mut v) = (rng.next_f32(), rng.next_f32());
     if u + v > 1.0 {
         (u, v) = (1.0 - u, 1.0 - v);
@@ -132,11 +189,11 @@ fn random_relight_point(rng: &mut Rng, scene: &Scene, receiver_texels: &[u32]) -
     let texel = if rng.next_f32() < 0.05 {
         NONE
     } else {
-        receiver_texels[rng.next_u32() as usize % receiver_texels.len()]
+        receiver_texels[below(rng, receiver_texels.len()) as usize]
     };
-    RelightPoint {
+    LightSample {
         position: a + (b - a) * u + (c - a) * v,
-        triangle: triangle as u32,
+        triangle,
         texel,
         base_color_and_side,
         emission_texel,
@@ -165,38 +222,55 @@ fn tile_lightmap(baked: &mut BakedScene, size: Size) {
 }
 
 fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: Size, index: usize) {
-    let columns = size.probes_per_cluster * coefficient_count(size.sh_degree);
-    baked.clusters.push(Cluster {
+    let kind = if size.varied { index % 3 } else { 0 };
+    let signal_count = if kind == 2 { 0 } else { size.signals_per_cluster };
+    let probe_count = if kind == 1 { 0 } else { size.probes_per_cluster };
+    let Ranks { f16, snorm8, snorm4 } = size.ranks;
+    let ranks = match kind {
+        0 => size.ranks,
+        1 => Ranks { f16: snorm8, snorm8: snorm4, snorm4: f16 },
+        _ => Ranks { f16: snorm4, snorm8: f16, snorm4: snorm8 },
+    };
+    let cluster = Cluster {
         bounds: Bounds { min: Vec3::ZERO, max: Vec3::ONE },
         first_receiver: (index * size.receivers_per_cluster) as u32,
         receiver_count: size.receivers_per_cluster as u32,
+        first_signal: baked.cluster_signals.len() as u32,
+        signal_count: signal_count as u32,
         first_probe: baked.cluster_probes.len() as u32,
-        probe_count: size.probes_per_cluster as u32,
-        rank: size.rank as u32,
+        probe_count: probe_count as u32,
+        ranks,
         receiver_basis_offset: baked.receiver_basis.len() as u64,
         signal_basis_offset: baked.signal_basis.len() as u64,
         row_scale_offset: baked.row_scales.len() as u32,
+        column_exponent_offset: baked.column_exponents.len() as u64,
         error: 0.0,
-    });
-    let first = index % size.probes;
-    baked.cluster_probes.extend((0..size.probes_per_cluster).map(|p| ((first + p) % size.probes) as u32));
-    baked.row_scales.extend((0..size.rank).map(|_| 0.001 + 0.002 * rng.next_f32()));
-    let mut random = |_| f16::from_f32(rng.next_f32() - 0.45);
-    baked.receiver_basis.extend((0..size.rank * size.receivers_per_cluster).map(&mut random));
-    baked.signal_basis.extend((0..size.rank * columns).map(&mut random));
+    };
+    let (signals, columns) = (baked.scalar_signals(), baked.column_count(&cluster));
+    baked.cluster_signals.extend((0..signal_count).map(|_| below(rng, signals)));
+    baked.cluster_probes.extend((0..probe_count).map(|p| ((index + p) % size.probes) as u32));
+    baked.column_exponents.extend((0..columns).map(|_| below(rng, 30) as u8));
+    for k in 0..ranks.total() as usize {
+        baked.row_scales.push(0.01 + 0.02 * rng.next_f32());
+        let mut line = |count: usize| (0..count).map(|_| 2.0 * rng.next_f32() - 0.9).collect::<Vec<f32>>();
+        ranks.precision(k).pack(&line(size.receivers_per_cluster), &mut baked.receiver_basis);
+        ranks.precision(k).pack(&line(columns), &mut baked.signal_basis);
+    }
+    baked.clusters.push(cluster);
 }
 
-/// One probe whose rays all bring the radiance of `point`, and one receiver per gain, side by side in the
+/// One probe whose rays all see `sample`, or else the sky, and one receiver per gain, side by side in the
 /// lightmap: E of receiver i is `gains[i]` times the probe's mean radiance.
-pub(crate) fn single_probe(scene: Scene, point: RelightPoint, gains: &[f32]) -> BakedScene {
+pub(crate) fn single_probe(scene: Scene, sample: Option<LightSample>, gains: &[f32]) -> BakedScene {
     let size = Size {
         clusters: 1,
         receivers_per_cluster: gains.len(),
-        rank: 1,
+        ranks: Ranks { f16: 1, ..Ranks::default() },
         probes: 1,
         probes_per_cluster: 1,
         rays: 64,
         sh_degree: 3,
+        ..SMALL_PAPER
     };
     let mut baked = random_room(size);
     baked.lightmap = LightmapLayout {
@@ -207,30 +281,31 @@ pub(crate) fn single_probe(scene: Scene, point: RelightPoint, gains: &[f32]) -> 
         back_faces: vec![NONE; scene.triangles.len()],
         dilation: Vec::new(),
     };
-    baked.scene = scene;
     baked.receiver_texels = (0..gains.len() as u32).collect();
-    baked.relight_points = vec![point; size.rays];
-    baked.signal_basis.fill(f16::ZERO);
-    baked.signal_basis[0] = f16::ONE;
+    baked.surfels = sample.iter().map(|_| Surfel { first_sample: 0, sample_count: 1 }).collect();
+    baked.light_samples = sample.into_iter().collect();
+    baked.relight_surfels = vec![if sample.is_some() { 0 } else { NONE }; size.rays];
+    baked.scene = scene;
+    let columns = baked.column_count(&baked.clusters[0]);
+    baked.column_exponents = vec![0; columns];
     baked.row_scales = vec![Y00];
-    baked.receiver_basis = gains.iter().map(|gain| f16::from_f32(*gain)).collect();
+    baked.signal_basis.clear();
+    baked.receiver_basis.clear();
+    let first_column: Vec<f32> = (0..columns).map(|c| if c == 0 { 1.0 } else { 0.0 }).collect();
+    Precision::F16.pack(&first_column, &mut baked.signal_basis);
+    Precision::F16.pack(gains, &mut baked.receiver_basis);
     baked
 }
 
-/// A point on the front of triangle 0 with white textures that reads texel 0.
-pub(crate) fn white_point() -> RelightPoint {
-    RelightPoint {
+/// A sample on the front of triangle 0 with white textures that reads texel 0.
+pub(crate) fn white_sample() -> LightSample {
+    LightSample {
         position: Vec3::ZERO,
         triangle: 0,
         texel: 0,
         base_color_and_side: [255, 255, 255, 0],
         emission_texel: [255, 255, 255, 0],
     }
-}
-
-/// A ray that reaches the sky.
-pub(crate) fn sky_point() -> RelightPoint {
-    RelightPoint { triangle: NONE, texel: NONE, ..RelightPoint::default() }
 }
 
 /// A lighting with nothing but a uniform sky.

@@ -1,8 +1,8 @@
 //! A frame in the plainest form: double precision, one value at a time, straight from the equations.
 
-use probelight_asset::{BakedScene, NONE};
+use probelight_asset::{BakedScene, Cluster, LightSample, NONE};
 use probelight_math::color::linear_from_srgb8;
-use probelight_math::directions::quadrature_weights;
+use probelight_math::directions::{quadrature_weights, spherical_fibonacci};
 use probelight_math::glam::{DVec3, Vec3};
 use probelight_math::sh::{Basis, index};
 use probelight_runtime::cpu::SurfaceColors;
@@ -12,8 +12,8 @@ use probelight_trace::{Tracer, direct_irradiance};
 /// What the stages of one frame leave behind.
 #[derive(Default)]
 pub(crate) struct SlowFrame {
-    /// Per relight point.
-    pub(crate) radiance: Vec<DVec3>,
+    /// Per scalar signal.
+    pub(crate) signals: Vec<DVec3>,
     /// Per probe and coefficient.
     pub(crate) coefficients: Vec<Vec<DVec3>>,
     /// Per singular value.
@@ -32,22 +32,22 @@ pub(crate) fn slow_frame(
     feedback: &[DVec3],
 ) -> SlowFrame {
     let mut frame = SlowFrame::default();
-    let tracer = Tracer::new(baked.scene.clone().into());
-    for point in 0..baked.relight_points.len() {
-        frame.radiance.push(radiance(baked, &tracer, lighting, colors, feedback, point));
-    }
-    frame.coefficients = coefficients(baked, &frame.radiance);
+    frame.signals = signals(baked, lighting, colors, feedback);
+    frame.coefficients = coefficients(baked, lighting, &frame.signals);
     for cluster in &baked.clusters {
-        for row in 0..cluster.rank as usize {
-            frame.cluster_coefficients.push(cluster_coefficient(baked, cluster, &frame.coefficients, row));
+        let rank = cluster.ranks.total() as usize;
+        let columns = columns(baked, cluster, &frame);
+        for row in 0..rank {
+            frame.cluster_coefficients.push(cluster_coefficient(baked, cluster, &columns, row));
         }
-        for receiver in 0..cluster.receiver_count as usize {
+        let count = cluster.receiver_count as usize;
+        let basis = &baked.receiver_basis[cluster.receiver_basis_offset as usize..];
+        for receiver in 0..count {
             let mut sum = DVec3::ZERO;
-            for k in 0..cluster.rank as usize {
-                let at =
-                    cluster.receiver_basis_offset as usize + k * cluster.receiver_count as usize + receiver;
-                let b = frame.cluster_coefficients[cluster.row_scale_offset as usize + k];
-                sum += baked.receiver_basis[at].to_f64() * b;
+            for k in 0..rank {
+                let line = &basis[cluster.ranks.line_start(k, count)..];
+                let value = f64::from(cluster.ranks.precision(k).unpack(line, receiver));
+                sum += value * frame.cluster_coefficients[cluster.row_scale_offset as usize + k];
             }
             frame.irradiance.push(sum);
         }
@@ -62,70 +62,124 @@ pub(crate) fn slow_frame(
     frame
 }
 
+fn signals(
+    baked: &BakedScene,
+    lighting: &Lighting,
+    colors: &[SurfaceColors],
+    feedback: &[DVec3],
+) -> Vec<DVec3> {
+    let tracer = Tracer::new(baked.scene.clone().into());
+    let mut signals = Vec::new();
+    for surfel in &baked.surfels {
+        let samples = &baked.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize];
+        let total: DVec3 =
+            samples.iter().map(|sample| radiance(baked, &tracer, lighting, colors, feedback, sample)).sum();
+        signals.push(total / samples.len() as f64);
+    }
+    for group in &baked.surfel_groups {
+        let weight = f64::from(group.first_weight);
+        let [first, second] = group.children.map(|child| signals[child as usize]);
+        signals.push(weight * first + (1.0 - weight) * second);
+    }
+    for emitter in &baked.emitters {
+        let emission = lighting.emissive_scale * colors[emitter.material as usize].emission;
+        signals.push((emission * emitter.mean_texel).as_dvec3());
+    }
+    if let Some(degree) = baked.settings.sky_degree {
+        let directions: Vec<Vec3> = (0..1024).map(|i| spherical_fibonacci(i, 1024)).collect();
+        let radiance: Vec<DVec3> = directions.iter().map(|d| lighting.sky.radiance(*d).as_dvec3()).collect();
+        signals.extend(project(degree as usize, &directions, &radiance));
+    }
+    signals
+}
+
 fn radiance(
     baked: &BakedScene,
     tracer: &Tracer,
     lighting: &Lighting,
     colors: &[SurfaceColors],
     feedback: &[DVec3],
-    index: usize,
+    sample: &LightSample,
 ) -> DVec3 {
-    let point = &baked.relight_points[index];
-    if point.triangle == NONE {
-        let ray = index % baked.relight_directions.len();
-        return lighting.sky.radiance(baked.relight_directions[ray]).as_dvec3();
-    }
-    let triangle = point.triangle as usize;
-    let is_front = point.base_color_and_side[3] == 0;
+    let triangle = sample.triangle as usize;
+    let is_front = sample.base_color_and_side[3] == 0;
     let normal = baked.scene.geometric_normal(triangle) * if is_front { 1.0 } else { -1.0 };
-    let mut arriving = DVec3::ZERO;
-    if point.texel != NONE {
-        arriving += feedback[point.texel as usize].max(DVec3::ZERO);
+    let mut arriving = direct_irradiance(tracer, &lighting.lights, sample.position, normal).as_dvec3();
+    if sample.texel != NONE {
+        arriving += feedback[sample.texel as usize].max(DVec3::ZERO);
     }
-    arriving += direct_irradiance(tracer, &lighting.lights, point.position, normal).as_dvec3();
-    let colors = &colors[baked.scene.triangle_material[triangle] as usize];
+    let material = baked.scene.triangle_material[triangle];
+    let has_emitter = baked.emitters.iter().any(|emitter| emitter.material == material);
+    let colors = &colors[material as usize];
     let decode = |[r, g, b, _]: [u8; 4]| linear_from_srgb8([r, g, b]);
-    let albedo = (colors.base_color * decode(point.base_color_and_side)).as_dvec3();
-    let emitted = if is_front { lighting.emissive_scale * colors.emission } else { Vec3::ZERO };
-    (emitted * decode(point.emission_texel)).as_dvec3() + albedo / std::f64::consts::PI * arriving
+    let albedo = (colors.base_color * decode(sample.base_color_and_side)).as_dvec3();
+    let shines = is_front && !has_emitter;
+    let emitted = if shines { lighting.emissive_scale * colors.emission } else { Vec3::ZERO };
+    (emitted * decode(sample.emission_texel)).as_dvec3() + albedo / std::f64::consts::PI * arriving
 }
 
-fn coefficients(baked: &BakedScene, radiance: &[DVec3]) -> Vec<Vec<DVec3>> {
-    let basis = Basis::new(baked.settings.sh_degree as usize);
-    let weights = quadrature_weights(&baked.relight_directions, 2 * basis.degree());
+/// Spherical-harmonics coefficients of radiance along directions.
+fn project(degree: usize, directions: &[Vec3], radiance: &[DVec3]) -> Vec<DVec3> {
+    let basis = Basis::new(degree);
+    let weights = quadrature_weights(directions, 2 * degree);
     let mut y = vec![0.0; basis.len()];
-    let mut coefficients = Vec::new();
-    for radiance in radiance.chunks(baked.relight_directions.len()) {
-        let mut probe = vec![DVec3::ZERO; basis.len()];
-        for ((direction, weight), radiance) in baked.relight_directions.iter().zip(&weights).zip(radiance) {
-            basis.evaluate(*direction, &mut y);
-            for (sum, y) in probe.iter_mut().zip(&y) {
-                *sum += f64::from(*weight) * f64::from(*y) * *radiance;
-            }
+    let mut sums = vec![DVec3::ZERO; basis.len()];
+    for ((direction, weight), radiance) in directions.iter().zip(&weights).zip(radiance) {
+        basis.evaluate(*direction, &mut y);
+        for (sum, y) in sums.iter_mut().zip(&y) {
+            *sum += f64::from(*weight) * f64::from(*y) * *radiance;
         }
-        coefficients.push(probe);
     }
-    coefficients
+    sums
 }
 
-fn cluster_coefficient(
-    baked: &BakedScene,
-    cluster: &probelight_asset::Cluster,
-    coefficients: &[Vec<DVec3>],
-    row: usize,
-) -> DVec3 {
+fn coefficients(baked: &BakedScene, lighting: &Lighting, signals: &[DVec3]) -> Vec<Vec<DVec3>> {
+    let directions = &baked.relight_directions;
+    let bring = |(surfel, direction): (&u32, &Vec3)| {
+        if *surfel != NONE {
+            signals[*surfel as usize]
+        } else if baked.settings.sky_degree.is_none() {
+            lighting.sky.radiance(*direction).as_dvec3()
+        } else {
+            DVec3::ZERO
+        }
+    };
+    let of_probe = |surfels: &[u32]| {
+        let radiance: Vec<DVec3> = surfels.iter().zip(directions).map(bring).collect();
+        project(baked.settings.sh_degree as usize, directions, &radiance)
+    };
+    baked.relight_surfels.chunks(directions.len().max(1)).map(of_probe).collect()
+}
+
+/// A cluster's input.
+fn columns(baked: &BakedScene, cluster: &Cluster, frame: &SlowFrame) -> Vec<DVec3> {
     let probe_count = cluster.probe_count as usize;
-    let row_start = cluster.signal_basis_offset as usize + row * baked.column_count(cluster);
-    let mut sum = DVec3::ZERO;
+    let signal_count = cluster.signal_count as usize;
+    let mut columns = vec![DVec3::ZERO; baked.column_count(cluster)];
+    let numbers = &baked.cluster_signals[cluster.first_signal as usize..];
+    for (column, number) in columns[..signal_count].iter_mut().zip(numbers) {
+        *column = frame.signals[*number as usize];
+    }
     for l in 0..=baked.settings.sh_degree as usize {
         for p in 0..probe_count {
             let probe = baked.cluster_probes[cluster.first_probe as usize + p] as usize;
             for m in -(l as isize)..=l as isize {
-                let column = probe_count * l * l + p * (2 * l + 1) + (l as isize + m) as usize;
-                let value = baked.signal_basis[row_start + column].to_f64();
-                sum += value * coefficients[probe][index(l, m)];
+                let column = signal_count + probe_count * l * l + p * (2 * l + 1) + (l as isize + m) as usize;
+                columns[column] = frame.coefficients[probe][index(l, m)];
             }
         }
+    }
+    columns
+}
+
+fn cluster_coefficient(baked: &BakedScene, cluster: &Cluster, columns: &[DVec3], row: usize) -> DVec3 {
+    let basis = &baked.signal_basis[cluster.signal_basis_offset as usize..];
+    let line = &basis[cluster.ranks.line_start(row, columns.len())..];
+    let exponents = &baked.column_exponents[cluster.column_exponent_offset as usize..];
+    let mut sum = DVec3::ZERO;
+    for (c, column) in columns.iter().enumerate() {
+        let value = f64::from(cluster.ranks.precision(row).unpack(line, c));
+        sum += value * (f64::from(exponents[c]) / -8.0).exp2() * *column;
     }
     sum * f64::from(baked.row_scales[cluster.row_scale_offset as usize + row])
 }
