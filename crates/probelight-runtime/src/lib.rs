@@ -1,11 +1,10 @@
 //! What Probelight computes each frame, on the CPU: indirect light that follows lights, sky and materials.
 //!
 //! ```text
-//!                                               λ
 //!  lights, sky, materials ─► light_surfels ─► relight_probes ─► project_clusters ─► gather_receivers
-//!                                  ▲   │ scalar signals            ▲  │ b                   │ E
-//!                                  │   └───────────────────────────┘                        │
-//!                                  └───────────── dilate_lightmap ◄─────────────────────────┘
+//!                               ▲   │ signals        λ             ▲      b                │ E
+//!                               │   └──────────────────────────────┘                       │
+//!                               └───────────────── dilate_lightmap ◄───────────────────────┘
 //! ```
 //!
 //! A [`Runtime`] holds a baked scene. Change its lighting or materials, [`step`](Runtime::step) once per frame

@@ -102,9 +102,8 @@ impl Block {
         self.add_section::<Snorm4, N>(&mut sums, basis, snorm4);
         for (receivers, sums) in receivers.chunks_mut(LANES).zip(sums) {
             let [red, green, blue] = sums.map(Lanes::to_array);
-            for (i, receiver) in receivers.iter_mut().enumerate() {
-                *receiver = Vec3::new(red[i], green[i], blue[i]);
-            }
+            let vector: [Vec3; LANES] = std::array::from_fn(|i| Vec3::new(red[i], green[i], blue[i]));
+            receivers.copy_from_slice(&vector[..receivers.len()]);
         }
     }
 

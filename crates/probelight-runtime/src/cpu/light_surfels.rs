@@ -175,7 +175,7 @@ impl ScalarSignals {
                 for ((value, mean), surfel) in values.iter_mut().zip(means).zip(surfels) {
                     let samples = &feedback[samples_of(surfel)];
                     let reflected = samples.iter().map(|sample| sample.reflected(lightmap)).sum::<Vec3>();
-                    *value = *mean + reflected / samples.len() as f32;
+                    *value = *mean + reflected * (samples.len() as f32).recip();
                 }
             });
         // A few ten thousand multiplications, each of which may need the one before it.

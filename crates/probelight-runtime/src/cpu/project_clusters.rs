@@ -51,25 +51,31 @@ impl ClusterCoefficients {
             let mut columns = columns.lock();
             columns.load_signals(baked, cluster, signals);
             columns.load_probes(baked, cluster, probes);
-            columns.scale(baked, cluster, factors);
+            let columns = columns.scale(baked, cluster, factors);
             let words = end.words_from(&baked.signal_basis, cluster.signal_basis_offset);
-            project_cluster(baked, cluster, words, &columns, b);
+            project_cluster(baked, cluster, words, columns, b);
         });
     }
 }
 
-/// The input of one cluster: a value per column of its ΣVᵀ, each channel on its own. Zeros follow up to a whole
-/// number of [`LANES`].
+/// The input of one cluster: a value per column of its ΣVᵀ.
 #[derive(Debug)]
 struct Columns {
+    /// Signals and coefficients, each channel on its own.
     channels: [Vec<f32>; 3],
+    /// The same times the columns' factors, in vectors of each channel; zeros follow up to a whole vector.
+    scaled: Vec<[Lanes; 3]>,
 }
 
 impl Columns {
     fn new(columns: usize) -> Self {
-        // One vector more than the columns need: loads write whole vectors.
-        let length = columns.next_multiple_of(LANES) + LANES;
-        Self { channels: std::array::from_fn(|_| vec![0.0; length]) }
+        let vectors = columns.div_ceil(LANES);
+        // One vector more than the columns need: copies write whole vectors.
+        let channel = vec![0.0; (vectors + 1) * LANES];
+        Self {
+            channels: [channel.clone(), channel.clone(), channel],
+            scaled: vec![[Lanes::ZERO; 3]; vectors],
+        }
     }
 
     /// Gathers the cluster's scalar signals to the first columns.
@@ -103,24 +109,24 @@ impl Columns {
         }
     }
 
-    /// Multiplies all columns with their factors, and makes the space behind them zero.
-    fn scale(&mut self, baked: &BakedScene, cluster: &Cluster, factors: &[f32; 256]) {
-        let columns = baked.column_count(cluster);
-        let exponents = &baked.column_exponents[cluster.column_exponent_offset as usize..][..columns];
+    /// Multiplies all columns with their factors.
+    fn scale(&mut self, baked: &BakedScene, cluster: &Cluster, factors: &[f32; 256]) -> &[[Lanes; 3]] {
+        let count = baked.column_count(cluster);
+        let exponents = &baked.column_exponents[cluster.column_exponent_offset as usize..][..count];
         for channel in &mut self.channels {
-            channel[columns..columns.next_multiple_of(LANES)].fill(0.0);
+            channel[count..count.next_multiple_of(LANES)].fill(0.0);
         }
-        for (i, exponents) in exponents.chunks(LANES).enumerate() {
+        let [red, green, blue] = &self.channels;
+        let scaled = &mut self.scaled[..count.div_ceil(LANES)];
+        for (vector, (scaled, exponents)) in scaled.iter_mut().zip(exponents.chunks(LANES)).enumerate() {
             let mut lanes = [0.0; LANES];
             for (factor, exponent) in lanes.iter_mut().zip(exponents) {
                 *factor = factors[usize::from(*exponent)];
             }
-            let lanes = Lanes::new(lanes);
-            for channel in &mut self.channels {
-                let channel = &mut channel[i * LANES..][..LANES];
-                channel.copy_from_slice(&(load(channel) * lanes).to_array());
-            }
+            let (lanes, at) = (Lanes::new(lanes), vector * LANES);
+            *scaled = [load(&red[at..]) * lanes, load(&green[at..]) * lanes, load(&blue[at..]) * lanes];
         }
+        scaled
     }
 }
 
@@ -129,39 +135,42 @@ impl Columns {
 struct Rows<'a> {
     words: &'a [u32],
     /// Values of a row.
-    columns: usize,
+    count: usize,
 }
 
 impl<'a> Rows<'a> {
-    /// Products of the first rows with the three channels, without their scales. Returns the rows behind them.
-    fn multiply_section<E: Encoding>(mut self, channels: [&[f32]; 3], products: &mut [[f32; 3]]) -> Self {
+    /// Products of the first rows with the columns, without their scales. Returns the rows behind them.
+    fn multiply_section<E: Encoding>(mut self, columns: &[[Lanes; 3]], products: &mut [[f32; 3]]) -> Self {
         let mut blocks = products.chunks_exact_mut(ROWS);
         for block in &mut blocks {
-            self = self.multiply::<E, ROWS>(channels, block);
+            self = self.multiply::<E, ROWS>(columns, block);
         }
         match blocks.into_remainder() {
-            rest @ [_] => self.multiply::<E, 1>(channels, rest),
-            rest @ [_, _] => self.multiply::<E, 2>(channels, rest),
-            rest @ [_, _, _] => self.multiply::<E, 3>(channels, rest),
+            rest @ [_] => self.multiply::<E, 1>(columns, rest),
+            rest @ [_, _] => self.multiply::<E, 2>(columns, rest),
+            rest @ [_, _, _] => self.multiply::<E, 3>(columns, rest),
             _ => self,
         }
     }
 
     /// Products of the first `R` rows. Returns the rows behind them.
     ///
-    /// The last vector of a row reaches into what follows it: there the channels are zero, and packed values
+    /// The last vector of a row reaches into what follows it: there the columns are zero, and packed values
     /// are finite whatever their bits.
     #[inline(always)]
-    fn multiply<E: Encoding, const R: usize>(self, channels: [&[f32]; 3], products: &mut [[f32; 3]]) -> Self {
-        let words = E::PRECISION.words(self.columns);
+    fn multiply<E: Encoding, const R: usize>(
+        self,
+        columns: &[[Lanes; 3]],
+        products: &mut [[f32; 3]],
+    ) -> Self {
+        let words = E::PRECISION.words(self.count);
         let rows: [&[u32]; R] = std::array::from_fn(|row| &self.words[row * words..]);
         let mut sums = [[Lanes::ZERO; 3]; R];
-        for vector in 0..self.columns.div_ceil(LANES) {
-            let signals = channels.map(|channel| load(&channel[vector * LANES..]));
+        for (vector, columns) in columns.iter().enumerate() {
             for (sums, row) in sums.iter_mut().zip(rows) {
                 let values = E::decode(&row[vector * LANES / E::PRECISION.values_per_word()..]);
-                for (sum, signal) in sums.iter_mut().zip(signals) {
-                    *sum = values.mul_add(signal, *sum);
+                for (sum, column) in sums.iter_mut().zip(columns) {
+                    *sum = values.mul_add(*column, *sum);
                 }
             }
         }
@@ -177,16 +186,15 @@ fn project_cluster(
     baked: &BakedScene,
     cluster: &Cluster,
     words: &[u32],
-    columns: &Columns,
+    columns: &[[Lanes; 3]],
     b: &mut [[f32; 3]],
 ) {
-    let rows = Rows { words, columns: baked.column_count(cluster) };
-    let channels = columns.channels.each_ref().map(Vec::as_slice);
+    let rows = Rows { words, count: baked.column_count(cluster) };
     let (f16, integers) = b.split_at_mut(cluster.ranks.f16 as usize);
     let (snorm8, snorm4) = integers.split_at_mut(cluster.ranks.snorm8 as usize);
-    rows.multiply_section::<F16>(channels, f16)
-        .multiply_section::<Snorm8>(channels, snorm8)
-        .multiply_section::<Snorm4>(channels, snorm4);
+    rows.multiply_section::<F16>(columns, f16)
+        .multiply_section::<Snorm8>(columns, snorm8)
+        .multiply_section::<Snorm4>(columns, snorm4);
     let scales = &baked.row_scales[cluster.row_scale_offset as usize..];
     for (b, scale) in b.iter_mut().zip(scales) {
         *b = b.map(|channel| channel * scale);

@@ -68,7 +68,7 @@ impl Encoding for Snorm4 {
         let [a, b] = first(words);
         let words = u32x16::new([a, a, a, a, a, a, a, a, b, b, b, b, b, b, b, b]);
         let at_the_top = words.unbounded_shl(u32x16::new(TO_THE_TOP));
-        (cast::<u32x16, i32x16>(at_the_top) >> 28u32).round_float()
+        cast::<u32x16, i32x16>(at_the_top).unbounded_shr_scalar(28).round_float()
     }
 }
 

@@ -147,8 +147,14 @@ pub(crate) fn random_room(size: Size) -> BakedScene {
     baked.emitters = (0..size.emitters)
         .map(|_| Emitter { material: 1, mean_texel: rng.next_vec2().extend(rng.next_f32()) })
         .collect();
-    let random_surfel = |_| if rng.next_f32() < 0.1 { NONE } else { below(rng, size.surfels) };
-    baked.relight_surfels = (0..size.probes * size.rays).map(random_surfel).collect();
+    let rays = size.probes * size.rays;
+    let surfel = |ray: usize| match rng.next_f32() {
+        ..0.1 => NONE,
+        // As published, each ray sees a point of its own.
+        _ if size.surfels == rays => ray as u32,
+        _ => below(rng, size.surfels),
+    };
+    baked.relight_surfels = (0..rays).map(surfel).collect();
     for index in 0..size.clusters {
         push_random_cluster(&mut baked, rng, size, index);
     }
