@@ -40,6 +40,11 @@ pub(crate) struct Atlas {
 }
 
 impl Atlas {
+    /// Whether a face is the back of its triangle.
+    pub(crate) fn is_back_face(&self, face: u32) -> bool {
+        face as usize >= self.back_faces.len()
+    }
+
     /// The lightmap texel at a hit, on the side that was hit; [`NONE`] if that side has no light of its own.
     pub(crate) fn texel_of_hit(&self, hit: &Hit) -> u32 {
         let face = if hit.is_back_face { self.back_faces[hit.triangle as usize] } else { hit.triangle };

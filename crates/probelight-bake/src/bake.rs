@@ -58,6 +58,7 @@ pub fn bake(
     let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
     let probe_set = PointGrid::of(&probes, resolved.settings.probe_spacing * 0.5);
     assign_outlooks(&tracer, &probe_set, &directions, &relight_hits, &mut receivers.receivers);
+    receivers.points.keep_those_in_sight(&tracer, &receivers.receivers, &probe_set);
     let light = SceneLight::prepare(
         &SceneParts { tracer: &tracer, atlas: &atlas, receivers: &receivers, probes: &probes },
         &directions,
@@ -76,6 +77,7 @@ pub fn bake(
         sky_basis: Basis::new(resolved.settings.sky_degree.unwrap_or(0) as usize),
         probes: &probe_set,
         receivers: &receivers.receivers,
+        points: &receivers.points,
         light: &light,
         compressor: Compressor {
             settings: &resolved.settings,

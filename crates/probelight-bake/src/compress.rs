@@ -171,7 +171,7 @@ impl Components {
             return Self { u: Mat::zeros(a.nrows(), 0), energies: Vec::new(), tails: vec![0.0], total: 0.0 };
         };
         let tails = match noise_free_tails(halves, metric, energies.len()) {
-            Some(tails) if metric.knows_the_light() && crate::knob("FULL", 0.0) == 0.0 => tails,
+            Some(tails) if metric.knows_the_light() => tails,
             _ => tails_of(total, energies.iter().copied()),
         };
         let u = Mat::from_fn(u.nrows(), u.ncols(), |r, k| u[(r, k)] as f32);

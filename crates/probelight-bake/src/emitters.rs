@@ -14,7 +14,8 @@ use probelight_math::sampling::{hash_pair, sobol_owen, triangle_from_square};
 use probelight_scene::{Bounds, Scene};
 use probelight_trace::{Hit, Tracer};
 
-use crate::receivers::Receiver;
+use crate::gather::GatherRay;
+use crate::transport::Place;
 
 /// Points on emitters per receiver and half of the estimate, divided among the patches by how large they look;
 /// each gets a few.
@@ -133,34 +134,36 @@ impl Emitters {
         EmitterSampling(weights.iter().map(count).collect())
     }
 
-    /// Adds the form factors (steradians, cosine-weighted) of all emitters seen from a receiver to `sums`, one
-    /// for each signal: one of two independent estimates. `rays` gather rays with the given hits are part of it.
-    pub(crate) fn add_form_factors<'h>(
+    /// Adds the form factors (steradians, cosine-weighted) of all emitters seen from a texel to `sums`, one for
+    /// each signal: one of two independent estimates. The gather rays are part of it.
+    pub(crate) fn add_form_factors(
         &self,
         tracer: &Tracer,
-        receiver: &Receiver,
+        place: &Place<'_>,
         sampling: &EmitterSampling,
         half: usize,
-        rays: usize,
-        hits: impl Iterator<Item = (Vec3, &'h Hit)>,
+        rays: &[GatherRay],
         sums: &mut [f32],
     ) {
-        let origin = receiver.ray_origin(tracer);
-        let rays = rays as f32;
-        for (direction, hit) in hits {
+        let ray_count = rays.len() as f32;
+        for ray in rays {
+            let Some(hit) = ray.hit else { continue };
             let patch = self.patch_of_triangle[hit.triangle as usize];
             if hit.is_back_face || patch == NONE {
                 continue;
             }
-            let samples = sampling.0[patch as usize];
+            let samples = sampling.0[patch as usize] as f32;
             let patch = &self.patches[patch as usize];
-            let cosines = (receiver.normal.dot(direction), -hit.normal.dot(direction));
-            let weight = balanced_weight(samples as f32, rays, patch.area(), cosines, hit.distance * hit.distance);
+            let cosines = (ray.cosine, -hit.normal.dot(ray.direction));
+            let squared = hit.distance * hit.distance;
+            let weight = balanced_weight(samples, ray_count, patch.area(), cosines, squared);
             sums[patch.signal as usize] += weight * self.texel_share(tracer, patch, hit.triangle, hit.barycentric);
         }
         for (p, (patch, samples)) in self.patches.iter().zip(&sampling.0).enumerate() {
-            for sample in 0..*samples {
-                let u = sobol_owen(sample + half as u32 * samples, hash_pair(receiver.texel, 0x5eed ^ p as u32));
+            for sample in half as u32 * samples..(half as u32 + 1) * samples {
+                let point = &place.points[sample as usize % place.points.len()];
+                let origin = point.ray_origin(tracer);
+                let u = sobol_owen(sample, hash_pair(place.receiver.texel, 0x5eed ^ p as u32));
                 let (triangle, barycentric) = patch.point(u);
                 let [a, b, c] = tracer.scene().corners(triangle as usize);
                 let normal = tracer.front_normal(triangle);
@@ -169,9 +172,9 @@ impl Emitters {
                 let offset = position - origin;
                 let squared = offset.length_squared().max(f32::MIN_POSITIVE);
                 let direction = offset / squared.sqrt();
-                let cosines = (receiver.normal.dot(direction), -normal.dot(direction));
+                let cosines = (point.normal.dot(direction), -normal.dot(direction));
                 if cosines.0 > 0.0 && cosines.1 > 0.0 && tracer.is_visible(origin, position) {
-                    let weight = balanced_weight(*samples as f32, rays, patch.area(), cosines, squared);
+                    let weight = balanced_weight(*samples as f32, ray_count, patch.area(), cosines, squared);
                     sums[patch.signal as usize] +=
                         weight * self.texel_share(tracer, patch, triangle, barycentric);
                 }

@@ -4,7 +4,7 @@ use probelight_math::glam::Vec3;
 use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
 use probelight_trace::{Hit, Ray, Tracer};
 
-use crate::receivers::Receiver;
+use crate::texel_points::SamplePoint;
 
 /// A gather ray and where it ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +13,8 @@ pub(crate) struct GatherRay {
     pub(crate) origin: Vec3,
     /// Unit.
     pub(crate) direction: Vec3,
+    /// Cosine between the direction and the surface's normal at the start.
+    pub(crate) cosine: f32,
     /// The surface it meets, or the sky.
     pub(crate) hit: Option<Hit>,
 }
@@ -44,21 +46,24 @@ impl GatherRay {
     }
 }
 
-/// `count` cosine-distributed rays from a receiver.
+/// `count` cosine-distributed rays from points of a receiver's texel, those of each point in a row.
 ///
 /// The samples are a scrambled (0,2)-sequence of the receiver's own: stratified within, independent
 /// between receivers, so that the compression averages their noise instead of keeping a pattern.
 pub(crate) fn gather_rays(
     tracer: &Tracer,
-    receiver: &Receiver,
+    texel: u32,
+    points: &[SamplePoint],
     count: u32,
     seed: u64,
 ) -> impl Iterator<Item = GatherRay> {
-    let world_from_local = world_from_tangent(receiver.normal);
-    let origin = receiver.ray_origin(tracer);
-    let sequence = hash_pair(receiver.texel, seed as u32 ^ (seed >> 32) as u32);
+    let sequence = hash_pair(texel, seed as u32 ^ (seed >> 32) as u32);
     (0..count).map(move |ray| {
-        let direction = world_from_local * cosine_hemisphere_from_square(sobol_owen(ray, sequence));
-        GatherRay { origin, direction, hit: tracer.closest_hit(&Ray::new(origin, direction)) }
+        let point = &points[ray as usize * points.len() / count as usize];
+        let origin = point.ray_origin(tracer);
+        let local = cosine_hemisphere_from_square(sobol_owen(ray, sequence));
+        let direction = world_from_tangent(point.normal) * local;
+        let cosine = local.z.max(f32::MIN_POSITIVE);
+        GatherRay { origin, direction, cosine, hit: tracer.closest_hit(&Ray::new(origin, direction)) }
     })
 }

@@ -17,7 +17,8 @@ use crate::point_grid::PointGrid;
 use crate::probe_choice::choose_probes;
 use crate::receivers::Receiver;
 use crate::scene_light::SceneLight;
-use crate::transport::{ScalarSignals, Transport, TransportBuilder};
+use crate::texel_points::TexelPoints;
+use crate::transport::{Place, ScalarSignals, Transport, TransportBuilder};
 
 /// What the groups have in common.
 pub(crate) struct GroupWorker<'a> {
@@ -27,6 +28,7 @@ pub(crate) struct GroupWorker<'a> {
     pub(crate) sky_basis: Basis,
     pub(crate) probes: &'a PointGrid,
     pub(crate) receivers: &'a [Receiver],
+    pub(crate) points: &'a TexelPoints,
     pub(crate) light: &'a SceneLight,
     pub(crate) compressor: Compressor<'a>,
 }
@@ -40,7 +42,7 @@ const SUPPORT_MARGIN: f32 = 1.1;
 
 /// Error accepted for taking a whole patch's mean, as a share of the error accepted for the cluster: many such
 /// errors add up.
-const PATCH_ERROR_SHARE: f32 = 0.1;
+const PATCH_ERROR_SHARE: f32 = 0.15;
 
 /// Expected strength of the coefficients of band l relative to band 0: a prior, not a measurement of the scene
 /// at hand. Radiance with edges falls off about so.
@@ -48,7 +50,11 @@ fn band_strength(l: usize) -> f32 {
     (1.0 + l as f32).powf(-1.5)
 }
 
+/// Points of a texel of whose rays more than this share end on unlit sides lie inside a solid.
+const MAX_UNLIT_SHARE: f32 = 0.3;
+
 /// A receiver's gather rays and the surfels they meet.
+#[derive(Default)]
 struct View {
     rays: Vec<GatherRay>,
     surfels: Vec<u32>,
@@ -57,7 +63,7 @@ struct View {
 impl GroupWorker<'_> {
     /// Gathers and compresses a group.
     pub(crate) fn bake_group(&self, group: &[u32]) -> FinishedGroup {
-        let views: Vec<View> = group.iter().map(|r| self.view(&self.receivers[*r as usize])).collect();
+        let views: Vec<View> = group.iter().map(|r| self.view(*r)).collect();
         let is_hybrid = self.compressor.settings.method == Method::Hybrid;
         let patches = match &self.light.ensemble {
             Some(ensemble) if is_hybrid => self.choose_patches(ensemble, &views),
@@ -73,7 +79,8 @@ impl GroupWorker<'_> {
         };
         let mut transport = Transport::default();
         for (receiver, view) in group.iter().zip(&views) {
-            builder.add_row(&self.receivers[*receiver as usize], &view.rays, &view.surfels, &mut transport);
+            let place = Place { receiver: &self.receivers[*receiver as usize], points: self.points.of(*receiver) };
+            builder.add_row(&place, &view.rays, &view.surfels, &mut transport);
         }
         if let Some(scalars) = &builder.scalars {
             transport.signals = scalars.numbers();
@@ -94,13 +101,27 @@ impl GroupWorker<'_> {
         }
     }
 
-    fn view(&self, receiver: &Receiver) -> View {
+    fn view(&self, receiver: u32) -> View {
         let settings = self.compressor.settings;
-        let rays: Vec<GatherRay> =
-            gather_rays(self.tracer, receiver, settings.gather_rays, settings.seed).collect();
-        let surfel =
+        let points = self.points.of(receiver);
+        let texel = self.receivers[receiver as usize].texel;
+        let all: Vec<GatherRay> =
+            gather_rays(self.tracer, texel, points, settings.gather_rays, settings.seed).collect();
+        let surfel_of =
             |ray: &GatherRay| ray.hit.map_or(NONE, |hit| self.light.surfels.surfel_of_hit(self.atlas, &hit));
-        View { surfels: rays.iter().map(surfel).collect(), rays }
+        let mut view = View::default();
+        // Rays of points inside solids tell nothing.
+        for rays in all.chunk_by(|a, b| a.origin == b.origin) {
+            let is_unlit = |ray: &&GatherRay| ray.hit.is_some_and(|hit| self.atlas.texel_of_hit(&hit) == NONE);
+            if rays.iter().filter(is_unlit).count() as f32 <= MAX_UNLIT_SHARE * rays.len() as f32 {
+                view.rays.extend(rays);
+                view.surfels.extend(rays.iter().map(surfel_of));
+            }
+        }
+        if view.rays.len() < 2 {
+            view = View { surfels: all.iter().map(surfel_of).collect(), rays: all };
+        }
+        view
     }
 
     fn choose_patches(&self, ensemble: &LightEnsemble, views: &[View]) -> PatchChoice {
@@ -116,7 +137,7 @@ impl GroupWorker<'_> {
                 view.surfels.iter().filter(|s| **s != NONE).map(|surfel| (*surfel, weight)).collect()
             })
             .collect();
-        let error = crate::knob("PES", PATCH_ERROR_SHARE) * self.compressor.settings.max_cluster_error;
+        let error = PATCH_ERROR_SHARE * self.compressor.settings.max_cluster_error;
         PatchChoice::new(&self.light.surfels, ensemble, &witnesses, &seen, error * error)
     }
 

@@ -47,13 +47,10 @@ mod scene_light;
 mod sides;
 mod surface_samples;
 mod surfels;
+mod texel_points;
 mod transport;
 mod voxels;
 
 pub use bake::bake;
 pub use error::BakeError;
 pub use options::{BakeOptions, DEFAULT_MAX_RECEIVERS};
-
-pub(crate) fn knob(name: &str, default: f32) -> f32 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
-}

@@ -24,14 +24,14 @@ use crate::emitters::Emitters;
 use crate::surfels::SurfelTree;
 
 /// Lightings of each kind; emitters take part one by one, up to a limit.
-const POINTS: usize = 112;
-const SPOTS: usize = 56;
+const POINTS: usize = 84;
+const SPOTS: usize = 84;
 const SUNS: usize = 64;
 const SKIES: usize = 24;
 const MOST_EMITTERS: usize = 32;
 
-/// How much all analytic lights, all skies and all emitters count.
-const KIND_WEIGHTS: [f32; 3] = [0.6, 0.2, 0.2];
+/// How much points, spots, suns, skies and emitters count. Spots count most: what they light is small.
+const KIND_WEIGHTS: [f32; 5] = [0.2, 0.3, 0.2, 0.15, 0.15];
 
 /// Rays per surfel for bounced light, light samples per surfel for direct light, and bounces.
 const RAYS: u32 = 64;
@@ -236,7 +236,7 @@ fn draw_lightings(input: &EnsembleInput<'_>) -> Vec<Lighting> {
         let position = input.probes[(at as usize).min(input.probes.len() - 1)];
         let direction = sphere_from_square(rng.next_vec2());
         let outer_angle = 0.2 + 0.6 * rng.next_f32();
-        lightings.push(Lighting::Analytic(if i % 3 == 2 {
+        lightings.push(Lighting::Analytic(if i % 2 == 1 {
             let inner_angle = outer_angle * rng.next_f32();
             Light::Spot { position, direction, intensity: Vec3::ONE, inner_angle, outer_angle }
         } else {
@@ -264,16 +264,19 @@ fn draw_lightings(input: &EnsembleInput<'_>) -> Vec<Lighting> {
     lightings
 }
 
-/// The lightings' weights: all emitters together, all skies, and all analytic lights count by their kind.
+/// The lightings' weights: every kind of source counts as a whole, however many of it there are.
 fn kind_weights(lightings: &[Lighting]) -> Vec<f32> {
     let kind = |l: &Lighting| match l {
-        Lighting::Analytic(_) => 0,
-        Lighting::Sky(_) => 1,
-        Lighting::Emitter(_) => 2,
+        Lighting::Analytic(Light::Point { .. }) => 0,
+        Lighting::Analytic(Light::Spot { .. }) => 1,
+        Lighting::Analytic(Light::Directional { .. }) => 2,
+        Lighting::Sky(_) => 3,
+        Lighting::Emitter(_) => 4,
     };
-    let mut counts = [0usize; 3];
+    let mut counts = [0usize; KIND_WEIGHTS.len()];
     lightings.iter().for_each(|l| counts[kind(l)] += 1);
-    let total: f32 = (0..3).filter(|k| counts[*k] > 0).map(|k| KIND_WEIGHTS[k]).sum();
+    let present = KIND_WEIGHTS.iter().zip(counts).filter(|(_, count)| *count > 0);
+    let total: f32 = present.map(|(weight, _)| weight).sum();
     let weight = |k: usize| lightings.len() as f32 * KIND_WEIGHTS[k] / (total * counts[k] as f32);
     lightings.iter().map(|l| weight(kind(l))).collect()
 }

@@ -47,7 +47,7 @@ impl SignalMetric {
         let floor_energy: f32 = (0..a.ncols())
             .map(|c| floor[c] * floor[c] * a.col(c).iter().map(|v| v * v).sum::<f32>())
             .sum();
-        let factor = (crate::knob("FLOOR", FLOOR_SHARE) * lit_energy / floor_energy.max(f32::MIN_POSITIVE)).sqrt();
+        let factor = (FLOOR_SHARE * lit_energy / floor_energy.max(f32::MIN_POSITIVE)).sqrt();
         floor.iter_mut().for_each(|strength| *strength *= factor);
         Self { strengths: floor, lit: Some(lit) }
     }

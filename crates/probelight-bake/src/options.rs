@@ -32,16 +32,17 @@ pub struct BakeOptions {
     /// Width of the surfels, metres. Default: a share of the scene's typical free distance, but not below
     /// two and a half texels.
     pub surfel_size: Option<f32>,
-    /// Most light samples per surfel. Default 8.
+    /// Most light samples per surfel. Default 16.
     pub samples_per_surfel: Option<u32>,
-    /// Distance from a receiver beyond which it takes light from probes, not from surfels. Default: no such
-    /// distance.
+    /// Distance from a receiver beyond which it takes light from probes, not from surfels. Default: six
+    /// surfel widths.
     pub near_radius: Option<f32>,
-    /// Gather rays per receiver. Default 512.
+    /// Gather rays per receiver. Default 256, with the paper's method 512.
     pub gather_rays: Option<u32>,
     /// Relight rays per probe. Default 512 (\[SED\] §5.1).
     pub relight_rays: Option<u32>,
-    /// Highest spherical-harmonics band, 0 to 11. Default 7 (\[SED\] Table 1).
+    /// Highest spherical-harmonics band, 0 to 11. Default 5, with the paper's method 7 (\[SED\]
+    /// Table 1).
     pub sh_degree: Option<u32>,
     /// Most singular values per cluster. Default 32 (\[SED\] §3.3).
     pub max_rank: Option<u32>,
@@ -62,7 +63,7 @@ pub struct BakeOptions {
 }
 
 /// Receivers that the default texel density does not exceed.
-pub const DEFAULT_MAX_RECEIVERS: u32 = 200_000;
+pub const DEFAULT_MAX_RECEIVERS: u32 = 400_000;
 
 /// Default texel edge as a share of the typical free distance.
 const TEXEL_PER_FREE_DISTANCE: f32 = 1.0 / 32.0;
@@ -70,6 +71,40 @@ const TEXEL_PER_FREE_DISTANCE: f32 = 1.0 / 32.0;
 /// Default surfel width as a share of the typical free distance, and in texels at least.
 const SURFEL_PER_FREE_DISTANCE: f32 = 0.1;
 const TEXELS_PER_SURFEL: f32 = 2.5;
+
+/// Default near radius in surfel widths: farther away, probes see as finely as the surfels are.
+const SURFELS_PER_NEAR_RADIUS: f32 = 6.0;
+
+/// Defaults that depend on the method.
+struct MethodDefaults {
+    metric: Metric,
+    storage: Storage,
+    sh_degree: u32,
+    gather_rays: u32,
+    receivers_per_cluster: u32,
+}
+
+impl MethodDefaults {
+    fn of(method: Method) -> Self {
+        match method {
+            Method::Paper => Self {
+                metric: Metric::Band,
+                storage: Storage::F16,
+                sh_degree: 7,
+                gather_rays: 512,
+                receivers_per_cluster: 256,
+            },
+            // Surfels bring the detail, so the probes need less; the compression takes noise away.
+            Method::Hybrid => Self {
+                metric: Metric::Radiance,
+                storage: Storage::Packed,
+                sh_degree: 5,
+                gather_rays: 256,
+                receivers_per_cluster: 512,
+            },
+        }
+    }
+}
 
 /// Highest band of the sky's own signals: skies are smooth, and what blocks them is in the matrix.
 const SKY_DEGREE: u32 = 4;
@@ -107,9 +142,12 @@ impl Resolved {
     /// Takes note of the texel density that the layout came to.
     pub(crate) fn set_texel_density(&mut self, texels_per_meter: f32) {
         self.settings.texels_per_meter = texels_per_meter;
+        let settings = &mut self.settings;
         if !self.surfel_size_is_fixed {
-            let smallest = TEXELS_PER_SURFEL / texels_per_meter;
-            self.settings.surfel_size = self.settings.surfel_size.max(smallest);
+            settings.surfel_size = settings.surfel_size.max(TEXELS_PER_SURFEL / texels_per_meter);
+        }
+        if settings.method == Method::Hybrid {
+            settings.near_radius.get_or_insert(SURFELS_PER_NEAR_RADIUS * settings.surfel_size);
         }
     }
 
@@ -145,28 +183,34 @@ impl BakeOptions {
         let spacing = probe_density.unwrap_or(SPARSEST_PROBE_DENSITY).powf(-1.0 / 3.0);
         let surfel_size = positive("the surfel size", self.surfel_size)?;
         let method = self.method.unwrap_or_default();
-        let (metric, storage) = match method {
-            Method::Paper => (Metric::Band, Storage::F16),
-            Method::Hybrid => (Metric::Radiance, Storage::Packed),
-        };
+        let defaults = MethodDefaults::of(method);
         let settings = BakeSettings {
             method,
-            metric: self.metric.unwrap_or(metric),
-            storage: self.storage.unwrap_or(storage),
+            metric: self.metric.unwrap_or(defaults.metric),
+            storage: self.storage.unwrap_or(defaults.storage),
             sky_degree: (method == Method::Hybrid).then_some(SKY_DEGREE),
             surfel_size: surfel_size.unwrap_or(free_distance * SURFEL_PER_FREE_DISTANCE),
             samples_per_surfel: within(
                 "the samples per surfel",
                 self.samples_per_surfel,
-                8,
+                16,
                 1..=64,
                 "1 to 64",
             )?,
-            near_radius: positive("the near radius", self.near_radius)?,
+            near_radius: match (method, self.near_radius) {
+                (Method::Paper, _) => None,
+                (Method::Hybrid, radius) => positive("the near radius", radius)?,
+            },
             texels_per_meter: texel_density.unwrap_or(1.0 / (free_distance * TEXEL_PER_FREE_DISTANCE)),
             probe_spacing: spacing,
-            sh_degree: within("the SH degree", self.sh_degree, 7, 0..=11, "0 to 11")?,
-            gather_rays: within("the gather rays", self.gather_rays, 512, 16..=65_536, "16 to 65536")?,
+            sh_degree: within("the SH degree", self.sh_degree, defaults.sh_degree, 0..=11, "0 to 11")?,
+            gather_rays: within(
+                "the gather rays",
+                self.gather_rays,
+                defaults.gather_rays,
+                16..=65_536,
+                "16 to 65536",
+            )?,
             relight_rays: within("the relight rays", self.relight_rays, 512, 16..=16_384, "16 to 16384")?,
             probes_per_cluster: within(
                 "the probes per cluster",
@@ -178,7 +222,7 @@ impl BakeOptions {
             receivers_per_cluster: within(
                 "the receivers per cluster",
                 self.receivers_per_cluster,
-                256,
+                defaults.receivers_per_cluster,
                 16..=4096,
                 "16 to 4096",
             )?,

@@ -82,21 +82,21 @@ impl PatchChoice {
     }
 }
 
-/// How bright a surfel is against its patch: the factor that fits best over the lightings, none of which counts
-/// much more than the mean for being bright.
+/// How bright a surfel is against its patch: the mean over the lightings, none of which counts much more than the
+/// others for being bright. (The factor of least squares would lose energy where the two vary independently.)
 fn share_of_patch(ensemble: &LightEnsemble, surfel: u32, patch: u32) -> f32 {
     if surfel == patch {
         return 1.0;
     }
     let (part, whole) = (ensemble.scalar(surfel as usize), ensemble.scalar(patch as usize));
-    let mean_square = whole.iter().map(|v| v * v).sum::<f32>() / whole.len().max(1) as f32;
-    let (mut product, mut square) = (0.0, 0.0);
+    let mean = whole.iter().sum::<f32>() / whole.len().max(1) as f32;
+    let (mut of_part, mut of_whole) = (0.0, 0.0);
     for ((part, whole), prior) in part.iter().zip(whole).zip(ensemble.weights()) {
-        let weight = prior / (whole * whole + mean_square).max(f32::MIN_POSITIVE);
-        product += weight * part * whole;
-        square += weight * whole * whole;
+        let weight = prior / (whole + mean).max(f32::MIN_POSITIVE);
+        of_part += weight * part;
+        of_whole += weight * whole;
     }
-    if square > 0.0 { product / square } else { 1.0 }
+    if of_whole > 0.0 { of_part / of_whole } else { 1.0 }
 }
 
 /// The lightings as a cluster sees them.

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use crate::atlas::Atlas;
 use crate::sides::LitSides;
+use crate::texel_points::{SamplePoint, TexelPoints, point_on_face, texels_around};
 
 /// A place that gathers light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,6 +60,8 @@ pub(crate) struct Outlook {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Receivers {
     pub(crate) receivers: Vec<Receiver>,
+    /// Points on each receiver's texel; its irradiance is the mean of theirs.
+    pub(crate) points: TexelPoints,
     /// (texel, receiver texel of the same chart to copy from).
     pub(crate) dilation: Vec<[u32; 2]>,
     /// Chart texels, valid or not.
@@ -87,10 +90,6 @@ impl Coverage {
     }
 }
 
-/// Sample points are pulled this far towards the middle of their face, so that rays never start exactly on
-/// an edge shared with another wall.
-const INSET: f32 = 2e-3;
-
 /// Rays that decide whether a sample point lies inside a solid, and the share of unlit sides above which it
 /// does.
 const VALIDITY_RAYS: u32 = 48;
@@ -106,6 +105,7 @@ pub(crate) fn place_receivers(tracer: &Tracer, atlas: &Atlas, lit_sides: &LitSid
         .collect();
     let receivers: Vec<Receiver> = placed.iter().flatten().copied().collect();
     Receivers {
+        points: TexelPoints::spread(tracer, atlas, &receivers),
         dilation: dilate_charts(atlas, &needed, &receivers),
         chart_texels: covered.len() as u64,
         invalid_texels: (covered.len() - receivers.len()) as u64,
@@ -131,28 +131,22 @@ fn rasterize_conservatively(atlas: &Atlas) -> Vec<(u32, Coverage)> {
             continue;
         }
         let corners = layout.corners;
-        let low = (corners.into_iter().reduce(Vec2::min).unwrap_or_default() - 1.0).floor().max(Vec2::ZERO);
-        let high = corners.into_iter().reduce(Vec2::max).unwrap_or_default() + 1.0;
-        let (x0, y0) = (low.x as u32, low.y as u32);
-        let (x1, y1) = ((high.x as u32).min(atlas.width - 1), (high.y as u32).min(atlas.height - 1));
-        for y in y0..=y1 {
-            for x in x0..=x1 {
-                let centre = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-                if !square_overlaps_triangle(centre, 1.0, corners) {
-                    continue;
-                }
-                let point = nearest_in_triangle(centre, corners);
-                let candidate = Coverage {
-                    face: face as u32,
-                    chart,
-                    is_covered: square_overlaps_triangle(centre, 0.5, corners),
-                    squared_distance: point.distance_squared(centre),
-                    nearest: point,
-                };
-                let slot = &mut nearest[(y * atlas.width + x) as usize];
-                if slot.is_none_or(|best| candidate.is_preferred_to(&best)) {
-                    *slot = Some(candidate);
-                }
+        for (x, y) in texels_around(atlas, corners) {
+            let centre = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+            if !square_overlaps_triangle(centre, 1.0, corners) {
+                continue;
+            }
+            let point = nearest_in_triangle(centre, corners);
+            let candidate = Coverage {
+                face: face as u32,
+                chart,
+                is_covered: square_overlaps_triangle(centre, 0.5, corners),
+                squared_distance: point.distance_squared(centre),
+                nearest: point,
+            };
+            let slot = &mut nearest[(y * atlas.width + x) as usize];
+            if slot.is_none_or(|best| candidate.is_preferred_to(&best)) {
+                *slot = Some(candidate);
             }
         }
     }
@@ -191,7 +185,7 @@ fn nearest_in_triangle(point: Vec2, corners: [Vec2; 3]) -> Vec2 {
 }
 
 /// Barycentric weights of the second and third corner.
-fn barycentric_of(point: Vec2, [a, b, c]: [Vec2; 3]) -> Vec2 {
+pub(crate) fn barycentric_of(point: Vec2, [a, b, c]: [Vec2; 3]) -> Vec2 {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let area = ab.perp_dot(ac);
     if area == 0.0 {
@@ -220,23 +214,11 @@ fn find_valid_sample(
 
 /// The receiver of a texel whose sample point is at lightmap position `point` of a face.
 fn receiver_at(tracer: &Tracer, atlas: &Atlas, texel: u32, face: u32, point: Vec2) -> Receiver {
-    let triangle = atlas.face_triangles[face as usize];
-    let barycentric = barycentric_of(point, atlas.faces[face as usize].corners)
-        .lerp(Vec2::splat(1.0 / 3.0), INSET)
-        .clamp(Vec2::ZERO, Vec2::ONE);
-    let [a, b, c] = tracer.scene().corners(triangle as usize);
-    let is_back_face = face as usize >= atlas.back_faces.len();
-    let front = tracer.front_normal(triangle);
-    Receiver {
-        texel,
-        chart: atlas.face_charts[face as usize],
-        triangle,
-        barycentric,
-        is_back_face,
-        position: a + (b - a) * barycentric.x + (c - a) * barycentric.y,
-        normal: if is_back_face { -front } else { front },
-        outlook: None,
-    }
+    let barycentric = barycentric_of(point, atlas.faces[face as usize].corners);
+    let SamplePoint { triangle, barycentric, position, normal } =
+        point_on_face(tracer, atlas, face, barycentric);
+    let (chart, is_back_face) = (atlas.face_charts[face as usize], atlas.is_back_face(face));
+    Receiver { texel, chart, triangle, barycentric, is_back_face, position, normal, outlook: None }
 }
 
 /// Whether a place sees so many unlit sides that it must lie inside a solid.

@@ -3,15 +3,18 @@
 //! Receivers are halved, again and again, by position and normal, until what is left is a surfel: as wide as
 //! asked for, of one chart. The halving also gives the larger patches, which serve receivers far away.
 
+use std::collections::BTreeMap;
+
 use probelight_asset::{LightSample, NONE, Surfel, SurfelGroup};
 use probelight_math::color::srgb8_from_linear;
 use probelight_math::glam::{Vec2, Vec3};
-use probelight_scene::Scene;
+use probelight_scene::{Bounds, Scene};
 use probelight_trace::{Hit, Tracer};
 
 use crate::atlas::Atlas;
-use crate::partition::{KdRule, by_air_space, centroid};
+use crate::partition::{KdRule, by_air_space};
 use crate::receivers::{Receiver, Receivers};
+use crate::texel_points::{SamplePoint, TexelPoints};
 
 /// A surfel's width that a unit difference of normals counts as: faces at right angles part.
 const WIDTHS_PER_NORMAL: f32 = 1.5;
@@ -22,11 +25,11 @@ pub(crate) struct SurfelTree {
     pub(crate) light_samples: Vec<LightSample>,
     pub(crate) surfels: Vec<Surfel>,
     pub(crate) groups: Vec<SurfelGroup>,
-    /// Receivers in each surfel, then in each group: their areas, since all texels are equally large.
+    /// Areas of the surfels, then of the groups, up to a common factor.
     pub(crate) sizes: Vec<u32>,
     /// Number of surfels in each patch.
     surfel_counts: Vec<u32>,
-    /// The group that each surfel, then each group is part of, or [`NONE`] for the root of an air space.
+    /// The group that each surfel, then each group is part of, or [`NONE`] for those in none.
     pub(crate) parents: Vec<u32>,
     /// Surfel of each lightmap texel that a lookup in a chart may touch, else [`NONE`].
     surfel_of_texel: Vec<u32>,
@@ -44,7 +47,9 @@ impl SurfelTree {
         let builder = Builder {
             scene,
             receivers: &receivers.receivers,
-            rule: KdRule { meters_per_normal: WIDTHS_PER_NORMAL * size, by_outlook: false },
+            points: &receivers.points,
+            shape: KdRule { meters_per_normal: WIDTHS_PER_NORMAL * size, by_outlook: false },
+            rule: KdRule { meters_per_normal: WIDTHS_PER_NORMAL * size, by_outlook: true },
             size,
             samples,
         };
@@ -54,7 +59,9 @@ impl SurfelTree {
         };
         let mut group_sizes = Vec::new();
         for group in by_air_space(&receivers.receivers) {
-            builder.add_patch(group, &mut tree, &mut group_sizes);
+            for side in by_side(&receivers.receivers, group) {
+                builder.add_patch(side, &mut tree, &mut group_sizes);
+            }
         }
         for [texel, source] in &receivers.dilation {
             tree.surfel_of_texel[*texel as usize] = tree.surfel_of_texel[*source as usize];
@@ -158,9 +165,30 @@ impl Patch {
     }
 }
 
+/// A point of a receiver's texel.
+#[derive(Clone, Copy)]
+struct TexelPoint {
+    receiver: u32,
+    point: SamplePoint,
+}
+
+/// Parts a group by the side its receivers face: floors from ceilings, and from walls.
+fn by_side(receivers: &[Receiver], group: Vec<u32>) -> Vec<Vec<u32>> {
+    let mut sides: BTreeMap<[i32; 3], Vec<u32>> = BTreeMap::new();
+    for r in group {
+        let side = receivers[r as usize].normal.to_array().map(|n| n.round() as i32);
+        sides.entry(side).or_default().push(r);
+    }
+    sides.into_values().collect()
+}
+
 struct Builder<'a> {
     scene: &'a Scene,
     receivers: &'a [Receiver],
+    points: &'a TexelPoints,
+    /// Tells how large a patch is.
+    shape: KdRule,
+    /// Tells how a larger one is halved: what sees other things is apart sooner.
     rule: KdRule,
     size: f32,
     samples: usize,
@@ -169,8 +197,8 @@ struct Builder<'a> {
 impl Builder<'_> {
     /// Adds the patch of a group of receivers, smaller patches first.
     fn add_patch(&self, group: Vec<u32>, tree: &mut SurfelTree, group_sizes: &mut Vec<u32>) -> Patch {
-        let size = group.len() as u32;
-        let (first, second) = if self.rule.extent(self.receivers, &group) > self.size {
+        let size = self.area(&group);
+        let (first, second) = if self.shape.extent(self.receivers, &group) > self.size {
             self.rule.split(self.receivers, group)
         } else {
             match self.split_by_chart(group) {
@@ -178,7 +206,7 @@ impl Builder<'_> {
                 Err(group) => return self.add_surfel(&group, tree),
             }
         };
-        let first_weight = first.len() as f32 / size as f32;
+        let first_weight = self.area(&first) as f32 / size as f32;
         let children = [first, second].map(|half| self.add_patch(half, tree, group_sizes).encode());
         tree.groups.push(SurfelGroup { children, first_weight });
         group_sizes.push(size);
@@ -198,42 +226,59 @@ impl Builder<'_> {
     fn add_surfel(&self, group: &[u32], tree: &mut SurfelTree) -> Patch {
         let surfel = tree.surfels.len() as u32;
         let first_sample = tree.light_samples.len() as u32;
-        self.add_samples(group.to_vec(), self.samples, tree);
+        let points: Vec<TexelPoint> = group
+            .iter()
+            .flat_map(|r| self.points.of(*r).iter().map(|point| TexelPoint { receiver: *r, point: *point }))
+            .collect();
+        self.add_samples(points, self.samples, tree);
         let sample_count = tree.light_samples.len() as u32 - first_sample;
         tree.surfels.push(Surfel { first_sample, sample_count });
-        tree.sizes.push(group.len() as u32);
+        tree.sizes.push(self.area(group));
         for receiver in group {
             tree.surfel_of_texel[self.receivers[*receiver as usize].texel as usize] = surfel;
         }
         Patch::Surfel(surfel)
     }
 
-    /// Divides a surfel's receivers into as many parts as it may have samples, and adds one for each.
-    fn add_samples(&self, group: Vec<u32>, most: usize, tree: &mut SurfelTree) {
-        if most <= 1 || group.len() == 1 {
-            tree.light_samples.push(self.light_sample(&group));
-            return;
-        }
-        let (first, second) = self.rule.split(self.receivers, group);
-        self.add_samples(first, most / 2, tree);
-        self.add_samples(second, most - most / 2, tree);
+    /// Area of a group of receivers, in points: these are equally dense everywhere.
+    fn area(&self, group: &[u32]) -> u32 {
+        group.iter().map(|r| self.points.of(*r).len() as u32).sum()
     }
 
-    /// The sample of a part: at its middle receiver, with the mean of the textures.
-    fn light_sample(&self, part: &[u32]) -> LightSample {
-        let middle = centroid(self.receivers, part);
-        let distance = |r: &u32| self.receivers[*r as usize].position.distance_squared(middle);
-        let nearest = part.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
-        let at = &self.receivers[nearest.copied().unwrap_or(part[0]) as usize];
+    /// Divides a surfel's points into parts of equal area, as many as it may have samples, and adds one for each.
+    fn add_samples(&self, mut points: Vec<TexelPoint>, most: usize, tree: &mut SurfelTree) {
+        if most <= 1 || points.len() == 1 {
+            tree.light_samples.push(self.light_sample(&points));
+            return;
+        }
+        let size = Bounds::of(points.iter().map(|p| p.point.position)).size();
+        let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
+        let at = |p: &TexelPoint| p.point.position[axis];
+        points.sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.receiver.cmp(&b.receiver)));
+        let upper = points.split_off(points.len() * (most / 2) / most);
+        if points.is_empty() {
+            return self.add_samples(upper, most - most / 2, tree);
+        }
+        self.add_samples(points, most / 2, tree);
+        self.add_samples(upper, most - most / 2, tree);
+    }
+
+    /// The sample of a part: at its middle point, with the mean of the textures.
+    fn light_sample(&self, part: &[TexelPoint]) -> LightSample {
+        let count = part.len() as f32;
+        let middle = part.iter().map(|p| p.point.position).sum::<Vec3>() / count;
+        let distance = |p: &&TexelPoint| p.point.position.distance_squared(middle);
+        let nearest = part.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let TexelPoint { receiver, point } = nearest.copied().unwrap_or(part[0]);
+        let receiver = &self.receivers[receiver as usize];
         let mean = |texel: &dyn Fn(usize, Vec2) -> Vec3| {
-            let values = part.iter().map(|r| &self.receivers[*r as usize]);
-            values.map(|r| texel(r.triangle as usize, r.barycentric)).sum::<Vec3>() / part.len() as f32
+            part.iter().map(|p| texel(p.point.triangle as usize, p.point.barycentric)).sum::<Vec3>() / count
         };
         sample_with_texels(
-            at.position,
-            at.triangle,
-            at.texel,
-            at.is_back_face,
+            point.position,
+            point.triangle,
+            receiver.texel,
+            receiver.is_back_face,
             mean(&|triangle, at| self.scene.base_color_texel(triangle, at).truncate()),
             mean(&|triangle, at| self.scene.emission_texel(triangle, at)),
         )

@@ -16,6 +16,7 @@ use crate::emitters::{EmitterSampling, Emitters};
 use crate::gather::{GatherHit, GatherRay};
 use crate::patch_choice::PatchChoice;
 use crate::receivers::Receiver;
+use crate::texel_points::SamplePoint;
 
 /// A cluster's uncompressed transport.
 #[derive(Clone, Debug, Default)]
@@ -50,6 +51,12 @@ impl Transport {
         self.signals.retain(|_| column.next().is_some_and(|used| *used));
         self.columns = is_used.iter().filter(|used| **used).count();
     }
+}
+
+/// A receiver and the points of its texel.
+pub(crate) struct Place<'a> {
+    pub(crate) receiver: &'a Receiver,
+    pub(crate) points: &'a [SamplePoint],
 }
 
 /// The scalar signals that a cluster may draw on.
@@ -117,19 +124,19 @@ impl TransportBuilder<'_> {
     /// Adds a receiver's row to both halves, each from one half of its gather rays and the surfels they meet.
     pub(crate) fn add_row(
         &self,
-        receiver: &Receiver,
+        place: &Place<'_>,
         rays: &[GatherRay],
         surfels: &[u32],
         transport: &mut Transport,
     ) {
         let middle = rays.len() / 2;
-        self.add_half_row(receiver, &rays[..middle], &surfels[..middle], 0, transport);
-        self.add_half_row(receiver, &rays[middle..], &surfels[middle..], 1, transport);
+        self.add_half_row(place, &rays[..middle], &surfels[..middle], 0, transport);
+        self.add_half_row(place, &rays[middle..], &surfels[middle..], 1, transport);
     }
 
     fn add_half_row(
         &self,
-        receiver: &Receiver,
+        place: &Place<'_>,
         rays: &[GatherRay],
         surfels: &[u32],
         half: usize,
@@ -138,11 +145,11 @@ impl TransportBuilder<'_> {
         let weight = PI / rays.len() as f32;
         let mut far = Vec::new();
         if let Some(scalars) = &self.scalars {
-            self.add_scalar_signals(scalars, receiver, rays, surfels, half, &mut far, transport);
+            self.add_scalar_signals(scalars, place, rays, surfels, half, &mut far, transport);
         } else {
             far.extend(rays.iter().map(|ray| (ray.end(self.tracer), weight)));
         }
-        self.add_probes(receiver, &far, half, transport);
+        self.add_probes(place.receiver, &far, half, transport);
         let scalars = self.scalars.as_ref().map_or(0, |s| s.first_sky_column() + s.sky.len());
         transport.columns = scalars + self.probes.len() * self.basis.len();
     }
@@ -151,7 +158,7 @@ impl TransportBuilder<'_> {
     fn add_scalar_signals(
         &self,
         scalars: &ScalarSignals<'_>,
-        receiver: &Receiver,
+        place: &Place<'_>,
         rays: &[GatherRay],
         surfels: &[u32],
         half: usize,
@@ -177,9 +184,8 @@ impl TransportBuilder<'_> {
             }
         }
         let (_, emitters) = row.split_at_mut(scalars.patches.patches.len());
-        let hits = rays.iter().filter_map(|ray| Some((ray.direction, ray.hit.as_ref()?)));
         let sampling = &scalars.sampling;
-        scalars.emitters.add_form_factors(self.tracer, receiver, sampling, half, rays.len(), hits, emitters);
+        scalars.emitters.add_form_factors(self.tracer, place, sampling, half, rays, emitters);
         transport.halves[half].append(&mut row);
         sky.finish(&mut transport.halves[half]);
     }

@@ -1,0 +1,157 @@
+//! Points spread over the surface that falls into each texel.
+//!
+//! A texel's irradiance is the mean over its surface. Where a chart is finer than its texels, a single point
+//! would stand for a ledge or for the crevice behind it, as chance has it.
+
+use probelight_asset::NONE;
+use probelight_math::glam::{Vec2, Vec3};
+use probelight_math::sampling::sobol_owen;
+use probelight_trace::Tracer;
+use rayon::prelude::*;
+
+use crate::atlas::Atlas;
+use crate::point_grid::PointGrid;
+use crate::receivers::{Receiver, barycentric_of};
+
+/// Points are pulled this far towards the middle of their face, so that rays never start exactly on an edge
+/// shared with another wall.
+const INSET: f32 = 2e-3;
+
+/// A point of a texel's surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct SamplePoint {
+    pub(crate) triangle: u32,
+    /// Barycentric weights of the second and third corner.
+    pub(crate) barycentric: Vec2,
+    /// World position, metres.
+    pub(crate) position: Vec3,
+    /// Unit geometric normal on the lit side.
+    pub(crate) normal: Vec3,
+}
+
+impl SamplePoint {
+    /// Where rays from the point start: moved off the surface.
+    pub(crate) fn ray_origin(&self, tracer: &Tracer) -> Vec3 {
+        self.position + self.normal * tracer.offset()
+    }
+}
+
+/// The points of all receivers' texels.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TexelPoints {
+    points: Vec<SamplePoint>,
+    /// First point of each receiver, and the end of the last one's.
+    first_points: Vec<u32>,
+}
+
+/// Probes tried for each point.
+const PROBES_TRIED: usize = 8;
+
+/// Points tried in each texel.
+const POINTS_PER_TEXEL: u32 = 8;
+
+impl TexelPoints {
+    /// Keeps only points that see the receiver's outlook or one of the probes nearest to it: the others lie
+    /// under furniture that stands on the texel. Where none does, all stay.
+    pub(crate) fn keep_those_in_sight(
+        &mut self,
+        tracer: &Tracer,
+        receivers: &[Receiver],
+        probes: &PointGrid,
+    ) {
+        let kept: Vec<Vec<SamplePoint>> = (0..receivers.len() as u32)
+            .into_par_iter()
+            .map(|r| {
+                let near = probes.nearest(receivers[r as usize].position, PROBES_TRIED);
+                let outlook = receivers[r as usize].outlook.map(|outlook| outlook.probe);
+                let sees_a_probe = |point: &&SamplePoint| {
+                    let mut probes = outlook.iter().chain(&near).map(|p| probes.positions[*p as usize]);
+                    probes.any(|probe| tracer.is_visible(point.ray_origin(tracer), probe))
+                };
+                let all = self.of(r);
+                let seen: Vec<SamplePoint> = all.iter().filter(sees_a_probe).copied().collect();
+                if seen.is_empty() { all.to_vec() } else { seen }
+            })
+            .collect();
+        let ends = kept.iter().scan(0, |end, points| {
+            *end += points.len() as u32;
+            Some(*end)
+        });
+        self.first_points = std::iter::once(0).chain(ends).collect();
+        self.points = kept.concat();
+    }
+
+    /// Points on a receiver's texel; at least one.
+    pub(crate) fn of(&self, receiver: u32) -> &[SamplePoint] {
+        let receiver = receiver as usize;
+        &self.points[self.first_points[receiver] as usize..self.first_points[receiver + 1] as usize]
+    }
+
+    /// The points of each texel that lie on its chart, and where those of each receiver begin. A receiver whose
+    /// surface they all miss has its sample point only.
+    pub(crate) fn spread(tracer: &Tracer, atlas: &Atlas, receivers: &[Receiver]) -> Self {
+        let mut receiver_of_texel = vec![NONE; atlas.width as usize * atlas.height as usize];
+        for (r, receiver) in (0..).zip(receivers) {
+            receiver_of_texel[receiver.texel as usize] = r;
+        }
+        let pattern: Vec<Vec2> = (0..POINTS_PER_TEXEL).map(|i| sobol_owen(i, 0x7e8e1)).collect();
+        let mut found: Vec<(u32, u32, SamplePoint)> = Vec::new();
+        for (face, layout) in atlas.faces.iter().enumerate().filter(|(f, _)| atlas.face_charts[*f] != NONE) {
+            for (x, y) in texels_around(atlas, layout.corners) {
+                let receiver = receiver_of_texel[(y * atlas.width + x) as usize];
+                if receiver == NONE || receivers[receiver as usize].chart != atlas.face_charts[face] {
+                    continue;
+                }
+                for (i, offset) in (0..).zip(&pattern) {
+                    let at = barycentric_of(Vec2::new(x as f32, y as f32) + *offset, layout.corners);
+                    if at.x >= 0.0 && at.y >= 0.0 && at.x + at.y <= 1.0 {
+                        found.push((receiver, i, point_on_face(tracer, atlas, face as u32, at)));
+                    }
+                }
+            }
+        }
+        found.sort_by_key(|(receiver, i, _)| (*receiver, *i));
+        let (mut points, mut first_points) = (Vec::with_capacity(found.len()), Vec::new());
+        let mut found = found.into_iter().peekable();
+        for (r, receiver) in (0..).zip(receivers) {
+            first_points.push(points.len() as u32);
+            while let Some((_, _, point)) = found.next_if(|(of, ..)| *of == r) {
+                points.push(point);
+            }
+            if points.len() as u32 == first_points[r as usize] {
+                points.push(SamplePoint {
+                    triangle: receiver.triangle,
+                    barycentric: receiver.barycentric,
+                    position: receiver.position,
+                    normal: receiver.normal,
+                });
+            }
+        }
+        first_points.push(points.len() as u32);
+        Self { points, first_points }
+    }
+}
+
+/// Texels that a face may reach into or that lookups in it touch.
+pub(crate) fn texels_around(atlas: &Atlas, corners: [Vec2; 3]) -> impl Iterator<Item = (u32, u32)> {
+    let low = (corners.into_iter().reduce(Vec2::min).unwrap_or_default() - 1.0).floor().max(Vec2::ZERO);
+    let high = corners.into_iter().reduce(Vec2::max).unwrap_or_default() + 1.0;
+    let (x0, y0) = (low.x as u32, low.y as u32);
+    let (x1, y1) = ((high.x as u32).min(atlas.width - 1), (high.y as u32).min(atlas.height - 1));
+    (y0..=y1).flat_map(move |y| (x0..=x1).map(move |x| (x, y)))
+}
+
+/// A point of a face, pulled a little towards its middle.
+pub(crate) fn point_on_face(tracer: &Tracer, atlas: &Atlas, face: u32, barycentric: Vec2) -> SamplePoint {
+    let triangle = atlas.face_triangles[face as usize];
+    let barycentric =
+        barycentric.lerp(Vec2::splat(1.0 / 3.0), INSET).clamp(Vec2::ZERO, Vec2::ONE);
+    let [a, b, c] = tracer.scene().corners(triangle as usize);
+    let front = tracer.front_normal(triangle);
+    SamplePoint {
+        triangle,
+        barycentric,
+        position: a + (b - a) * barycentric.x + (c - a) * barycentric.y,
+        normal: if atlas.is_back_face(face) { -front } else { front },
+    }
+}
