@@ -7,12 +7,15 @@ use probelight_scene::Scene;
 use probelight_trace::{Ray, Tracer};
 use rayon::prelude::*;
 
-use crate::BakeError;
+use crate::{BakeError, Quality};
 use crate::surface_samples::sample_front_faces;
 
 /// What a user may ask of a bake. `None` means the documented default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BakeOptions {
+    /// What the receivers, gather rays, rank and cluster error default to. Default [`Quality::Medium`], whose
+    /// values are given below.
+    pub quality: Option<Quality>,
     /// What the clusters' signals are. Default [`Method::Hybrid`].
     pub method: Option<Method>,
     /// What the matrices are compressed for. Default [`Metric::Radiance`], with the paper's method
@@ -122,6 +125,7 @@ impl Resolved {
 impl BakeOptions {
     /// Checks the options and fills in the defaults for one scene.
     pub(crate) fn resolve(&self, tracer: &Tracer) -> Result<Resolved, BakeError> {
+        let preset = self.quality.unwrap_or_default().preset();
         let free_distance = typical_free_distance(tracer);
         let positive = |option, value: Option<f32>| match value {
             Some(v) if !(v > 0.0 && v.is_finite()) => {
@@ -166,7 +170,7 @@ impl BakeOptions {
             texels_per_meter: texel_density.unwrap_or(1.0 / (free_distance * TEXEL_PER_FREE_DISTANCE)),
             probe_spacing: spacing,
             sh_degree: within("the SH degree", self.sh_degree, 7, 0..=11, "0 to 11")?,
-            gather_rays: within("the gather rays", self.gather_rays, 512, 16..=65_536, "16 to 65536")?,
+            gather_rays: within("the gather rays", self.gather_rays, preset.gather_rays, 16..=65_536, "16 to 65536")?,
             relight_rays: within("the relight rays", self.relight_rays, 512, 16..=16_384, "16 to 16384")?,
             probes_per_cluster: within(
                 "the probes per cluster",
@@ -182,14 +186,14 @@ impl BakeOptions {
                 16..=4096,
                 "16 to 4096",
             )?,
-            max_rank: within("the rank", self.max_rank, 32, 1..=256, "1 to 256")?,
-            max_cluster_error: max_error.unwrap_or(0.03),
+            max_rank: within("the rank", self.max_rank, preset.max_rank, 1..=256, "1 to 256")?,
+            max_cluster_error: max_error.unwrap_or(preset.max_cluster_error),
             seed: self.seed.unwrap_or(0),
         };
         let (receiver_target, target_is_limit) = match (texel_density, self.receivers) {
             (Some(_), _) => (None, false),
             (None, Some(_)) => (Some(receivers), false),
-            (None, None) => (Some(DEFAULT_MAX_RECEIVERS), true),
+            (None, None) => (Some(preset.max_receivers), true),
         };
         Ok(Resolved {
             settings,

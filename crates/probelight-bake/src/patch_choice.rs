@@ -161,3 +161,73 @@ fn views_of_patches(
     }
     views
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gather::gather_rays;
+    use crate::small_scene::SmallScene;
+
+    /// What some receivers of a scene see, and all surfels seen.
+    fn views(scene: &SmallScene) -> (Vec<Vec<(u32, f32)>>, Vec<u32>) {
+        let witness = |receiver| {
+            let hits = gather_rays(&scene.tracer, receiver, 64, 0).filter_map(|ray| ray.hit);
+            let surfel = |hit| scene.light.surfels.surfel_of_hit(&scene.atlas, &hit);
+            hits.map(|hit| (surfel(hit), 0.05)).filter(|(surfel, _)| *surfel != NONE).collect()
+        };
+        let witnesses: Vec<Vec<(u32, f32)>> =
+            scene.receivers.receivers.iter().step_by(7).take(WITNESSES).map(witness).collect();
+        let mut seen: Vec<u32> = witnesses.iter().flatten().map(|(surfel, _)| *surfel).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        (witnesses, seen)
+    }
+
+    fn choose(scene: &SmallScene, tolerance: f32) -> PatchChoice {
+        let (witnesses, seen) = views(scene);
+        let ensemble = scene.light.ensemble.as_ref().unwrap();
+        PatchChoice::new(&scene.light.surfels, ensemble, &witnesses, &seen, tolerance)
+    }
+
+    #[test]
+    fn without_tolerance_every_seen_surfel_is_a_column_of_its_own() {
+        let scene = SmallScene::load("cornell.glb");
+        let (_, seen) = views(&scene);
+        let choice = choose(&scene, 0.0);
+        assert_eq!(choice.patches, seen);
+        for (column, surfel) in seen.iter().enumerate() {
+            assert_eq!(choice.column(*surfel), Some((column, 1.0)));
+        }
+    }
+
+    #[test]
+    fn with_any_tolerance_only_the_roots_are_left() {
+        let scene = SmallScene::load("cornell.glb");
+        let tree = &scene.light.surfels;
+        let choice = choose(&scene, f32::INFINITY);
+        assert!(!choice.patches.is_empty());
+        assert!(choice.patches.iter().all(|patch| tree.parents[*patch as usize] == NONE));
+    }
+
+    #[test]
+    fn smaller_tolerances_take_more_patches_and_each_seen_surfel_has_exactly_one() {
+        let scene = SmallScene::load("cornell.glb");
+        let (_, seen) = views(&scene);
+        let tree = &scene.light.surfels;
+        let choices = [1e-2, 1e-4, 1e-6].map(|tolerance| choose(&scene, tolerance));
+        assert!(choices.is_sorted_by(|a, b| a.patches.len() < b.patches.len()));
+        for surfel in seen {
+            for choice in &choices {
+                let (column, share) = choice.column(surfel).expect("every seen surfel has a column");
+                assert!(share.is_finite() && share >= 0.0);
+                let mut above = vec![surfel];
+                while let Some(parent) = above.last().map(|p| tree.parents[*p as usize]).filter(|p| *p != NONE) {
+                    above.push(parent);
+                }
+                let chosen: Vec<&u32> = above.iter().filter(|p| choice.patches.contains(p)).collect();
+                assert_eq!(chosen, [&choice.patches[column]]);
+            }
+        }
+        assert_eq!(choices[0].column(u32::MAX - 1), None);
+    }
+}

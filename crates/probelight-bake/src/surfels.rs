@@ -268,3 +268,91 @@ fn sample_with_texels(
     }
 }
 
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::small_scene::SmallScene;
+
+    /// Texels of the receivers of each surfel.
+    fn receivers_by_surfel(scene: &SmallScene) -> Vec<Vec<usize>> {
+        let tree = &scene.light.surfels;
+        let mut members = vec![Vec::new(); tree.surfels.len()];
+        for (r, receiver) in scene.receivers.receivers.iter().enumerate() {
+            let surfel = tree.surfel_of_texel[receiver.texel as usize];
+            members[surfel as usize].push(r);
+        }
+        members
+    }
+
+    #[test]
+    fn surfels_divide_the_receivers_and_are_small_and_of_one_chart() {
+        let scene = SmallScene::load("cornell.glb");
+        let tree = &scene.light.surfels;
+        let size = scene.resolved.settings.surfel_size;
+        let members = receivers_by_surfel(&scene);
+        for (surfel, members) in members.iter().enumerate() {
+            assert_eq!(tree.sizes[surfel] as usize, members.len());
+            let receiver = |r: &usize| &scene.receivers.receivers[*r];
+            let charts: BTreeSet<u32> = members.iter().map(|r| receiver(r).chart).collect();
+            assert_eq!(charts.len(), 1, "surfel {surfel}");
+            let (first, last) = (receiver(&members[0]), members.iter().map(receiver));
+            for other in last {
+                let extent = (other.position - first.position).abs().max_element();
+                assert!(extent <= size && other.normal.dot(first.normal) > 0.0, "surfel {surfel}");
+            }
+        }
+        let total: usize = members.iter().map(Vec::len).sum();
+        assert_eq!(total, scene.receivers.receivers.len());
+        assert!(members.len() * 2 < total, "{} surfels of {total} receivers", members.len());
+    }
+
+    #[test]
+    fn groups_weigh_their_parts_by_area_and_lead_to_one_root_for_each_air_space() {
+        let scene = SmallScene::load("rooms.glb");
+        let tree = &scene.light.surfels;
+        assert_eq!(tree.sizes.len(), tree.patches());
+        for (g, group) in tree.groups.iter().enumerate() {
+            let [first, second] = group.children.map(|child| tree.sizes[child as usize]);
+            let number = tree.surfels.len() + g;
+            assert_eq!(first + second, tree.sizes[number]);
+            let share = first as f32 / (first + second) as f32;
+            assert!((group.first_weight - share).abs() < 1e-6);
+            assert!(group.children.iter().all(|child| (*child as usize) < number));
+            assert!(group.children.iter().all(|child| tree.parents[*child as usize] as usize == number));
+            let [a, b] = group.children.map(|child| tree.surfels_in(child));
+            assert_eq!(a + b, tree.surfels_in(number as u32));
+        }
+        let roots = tree.parents.iter().filter(|parent| **parent == NONE).count();
+        assert_eq!(roots, by_air_space(&scene.receivers.receivers).len());
+    }
+
+    #[test]
+    fn light_samples_lie_on_texels_of_their_surfel() {
+        let scene = SmallScene::load("cornell.glb");
+        let tree = &scene.light.surfels;
+        let most = scene.resolved.settings.samples_per_surfel;
+        for (s, surfel) in tree.surfels.iter().enumerate() {
+            assert_eq!(surfel.sample_count, most.min(tree.sizes[s]));
+            let samples = &tree.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize];
+            let texels: BTreeSet<u32> = samples.iter().map(|sample| sample.texel).collect();
+            assert_eq!(texels.len(), samples.len(), "samples of surfel {s} share a texel");
+            assert!(texels.iter().all(|texel| tree.surfel_of_texel[*texel as usize] == s as u32));
+        }
+        let used: u32 = tree.surfels.iter().map(|surfel| surfel.sample_count).sum();
+        assert_eq!(used as usize, tree.light_samples.len());
+    }
+
+    #[test]
+    fn every_gather_ray_inside_a_closed_room_ends_on_a_surfel() {
+        let scene = SmallScene::load("furnace.glb");
+        for receiver in scene.receivers.receivers.iter().step_by(20) {
+            for ray in crate::gather::gather_rays(&scene.tracer, receiver, 32, 0) {
+                let hit = ray.hit.expect("the room is closed");
+                let surfel = scene.light.surfels.surfel_of_hit(&scene.atlas, &hit);
+                assert!((surfel as usize) < scene.light.surfels.surfels.len());
+            }
+        }
+    }
+}
