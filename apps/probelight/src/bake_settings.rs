@@ -9,7 +9,7 @@ use probelight_bake::{BakeOptions, Quality};
 #[command(next_help_heading = "Settings")]
 pub(crate) struct SettingFlags {
     /// How much time and space the bake may take; flags given besides win over what this sets
-    #[arg(short, long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t)]
     quality: QualityFlag,
     /// Wanted relative error of the compressed light transport against the uncompressed, as a share: 0.03 is
     /// 3 %. Smaller means a larger file. `info` shows what was reached [default: by --quality]

@@ -7,8 +7,8 @@ use probelight_scene::Scene;
 use probelight_trace::{Ray, Tracer};
 use rayon::prelude::*;
 
-use crate::{BakeError, Quality};
 use crate::surface_samples::sample_front_faces;
+use crate::{BakeError, Quality};
 
 /// What a user may ask of a bake. `None` means the documented default.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -170,7 +170,13 @@ impl BakeOptions {
             texels_per_meter: texel_density.unwrap_or(1.0 / (free_distance * TEXEL_PER_FREE_DISTANCE)),
             probe_spacing: spacing,
             sh_degree: within("the SH degree", self.sh_degree, 7, 0..=11, "0 to 11")?,
-            gather_rays: within("the gather rays", self.gather_rays, preset.gather_rays, 16..=65_536, "16 to 65536")?,
+            gather_rays: within(
+                "the gather rays",
+                self.gather_rays,
+                preset.gather_rays,
+                16..=65_536,
+                "16 to 65536",
+            )?,
             relight_rays: within("the relight rays", self.relight_rays, 512, 16..=16_384, "16 to 16384")?,
             probes_per_cluster: within(
                 "the probes per cluster",

@@ -58,17 +58,17 @@ fn the_result_does_not_depend_on_the_number_of_threads_or_an_interruption() {
     for method in METHODS {
         let with_threads = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| quick_bake("rooms.glb", method))
+            pool.install(|| quick_bake("cornell.glb", method))
         };
         let one = with_threads(1);
         assert_same(&one, &with_threads(3));
 
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("rooms.partial");
-        let interrupted = bake(load("rooms.glb"), &quick(method), Some(&path), &StopInGather::default());
+        let path = folder.path().join("cornell.partial");
+        let interrupted = bake(load("cornell.glb"), &quick(method), Some(&path), &StopInGather::default());
         assert!(matches!(interrupted, Err(BakeError::Cancelled)));
         assert!(path.exists());
-        let resumed = bake(load("rooms.glb"), &quick(method), Some(&path), &Silent).unwrap();
+        let resumed = bake(load("cornell.glb"), &quick(method), Some(&path), &Silent).unwrap();
         assert_same(&one, &resumed);
         assert!(!path.exists());
     }
@@ -120,7 +120,8 @@ fn each_method_has_its_own_signals_and_the_rest_follows() {
 
 #[test]
 fn options_win_over_the_quality_and_the_quality_over_the_defaults() {
-    let settings = |options: &BakeOptions| bake(load("furnace.glb"), options, None, &Silent).unwrap().settings;
+    let settings =
+        |options: &BakeOptions| bake(load("furnace.glb"), options, None, &Silent).unwrap().settings;
     let preset = Quality::Production.preset();
     let produced = BakeOptions {
         quality: Some(Quality::Production),

@@ -43,7 +43,8 @@ fn irradiance(baked: &BakedScene, cluster: &Cluster, signals: &[f32]) -> Vec<f32
     for k in 0..ranks.total() as usize {
         let precision = ranks.precision(k);
         let row = &basis[ranks.line_start(k, columns)..];
-        let scaled = |c: usize| precision.unpack(row, c) * (-f32::from(exponents[c]) / 8.0).exp2() * signals[c];
+        let scaled =
+            |c: usize| precision.unpack(row, c) * (-f32::from(exponents[c]) / 8.0).exp2() * signals[c];
         let coefficient =
             (0..columns).map(scaled).sum::<f32>() * baked.row_scales[cluster.row_scale_offset as usize + k];
         let line = &u[ranks.line_start(k, height)..];
@@ -87,7 +88,9 @@ fn the_papers_method_turns_constant_radiance_into_pi_times_it() {
     }
 }
 
-/// With nothing lost to compression, every gather ray brings its share of π, by whichever signal.
+/// With nothing lost to compression, every gather ray brings its share of π, by whichever signal. What remains
+/// is that patches which few receivers of a cluster see stay coarse, and that surfels' shares in them follow how
+/// bright they are under random lightings: single dark places may err.
 #[test]
 fn uncompressed_signals_turn_constant_radiance_into_pi_times_it() {
     for near_radius in [None, Some(2.0)] {
@@ -102,7 +105,8 @@ fn uncompressed_signals_turn_constant_radiance_into_pi_times_it() {
             };
             let baked = bake(load(name), &options, None, &Silent).unwrap();
             let errors = furnace_errors(&baked);
-            println!("{name} {near_radius:?} {} {} {}", mean(&errors), root_mean_square(&errors), largest(&errors));
+            assert!(mean(&errors).abs() < 2e-3, "{name}: {}", mean(&errors));
+            assert!(root_mean_square(&errors) < 0.03, "{name}: {}", root_mean_square(&errors));
         }
     }
 }
@@ -118,10 +122,10 @@ fn compressed_signals_keep_constant_radiance_about_as_well_as_asked() {
     assert!(mean(&errors).abs() < 5e-3, "{}", mean(&errors));
     let errors = furnace_errors(&quick_bake("cornell_empty.glb", Method::Hybrid));
     assert!(mean(&errors).abs() < 0.01, "{}", mean(&errors));
-    // Negative control: with half of the rank, the same comparison fails.
+    // Negative control: with too few singular values the first comparison fails.
     let options = BakeOptions { max_rank: Some(1), ..quick(Method::Hybrid) };
-    let errors = furnace_errors(&bake(load("cornell_empty.glb"), &options, None, &Silent).unwrap());
-    println!("control {} {}", mean(&errors), root_mean_square(&errors));
+    let errors = furnace_errors(&bake(load("furnace.glb"), &options, None, &Silent).unwrap());
+    assert!(root_mean_square(&errors) > baked.settings.max_cluster_error, "{}", root_mean_square(&errors));
 }
 
 /// The largest irradiance on the floors of the sunlit room A and of the sealed room C of `rooms.glb`.
