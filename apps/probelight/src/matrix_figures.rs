@@ -176,7 +176,7 @@ mod tests {
 
     fn cluster(receiver_count: u32, error: f32, rank: u32) -> Cluster {
         Cluster {
-            bounds: Bounds::default(),
+            bounds: Bounds::of([]),
             first_receiver: 0,
             receiver_count,
             first_signal: 0,

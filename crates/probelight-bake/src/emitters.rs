@@ -14,6 +14,7 @@ use probelight_math::sampling::{hash_pair, sobol_owen, triangle_from_square};
 use probelight_scene::{Bounds, Scene};
 use probelight_trace::{Hit, Tracer};
 
+use crate::gather::GatherRay;
 use crate::receivers::Receiver;
 
 /// Points on emitters per receiver and half of the estimate, divided among the patches by how large they look;
@@ -134,19 +135,19 @@ impl Emitters {
     }
 
     /// Adds the form factors (steradians, cosine-weighted) of all emitters seen from a receiver to `sums`, one
-    /// for each signal: one of two independent estimates. `rays` gather rays with the given hits are part of it.
-    pub(crate) fn add_form_factors<'h>(
+    /// for each signal: one of two independent estimates. Gather rays are part of it.
+    pub(crate) fn add_form_factors(
         &self,
         tracer: &Tracer,
         receiver: &Receiver,
         sampling: &EmitterSampling,
         half: usize,
-        rays: usize,
-        hits: impl Iterator<Item = (Vec3, &'h Hit)>,
+        rays: &[GatherRay],
         sums: &mut [f32],
     ) {
         let origin = receiver.ray_origin(tracer);
-        let rays = rays as f32;
+        let hits = rays.iter().filter_map(|ray| Some((ray.direction, ray.hit.as_ref()?)));
+        let rays = rays.len() as f32;
         for (direction, hit) in hits {
             let patch = self.patch_of_triangle[hit.triangle as usize];
             if hit.is_back_face || patch == NONE {
@@ -231,7 +232,7 @@ mod tests {
     use probelight_scene::Material;
 
     use super::*;
-    use crate::gather::{GatherRay, gather_rays};
+    use crate::gather::gather_rays;
 
     const HALF_SIDE: f32 = 0.5;
     const RAYS: u32 = 64;
@@ -277,8 +278,7 @@ mod tests {
             let receiver = Receiver { texel, normal: Vec3::Y, ..Receiver::default() };
             let rays: Vec<GatherRay> =
                 if with_rays { gather_rays(tracer, &receiver, RAYS, 0).collect() } else { Vec::new() };
-            let hits = rays.iter().filter_map(|ray| Some((ray.direction, ray.hit.as_ref()?)));
-            emitters.add_form_factors(tracer, &receiver, &sampling, 0, rays.len(), hits, &mut sums);
+            emitters.add_form_factors(tracer, &receiver, &sampling, 0, &rays, &mut sums);
         }
         sums[0] / receivers as f32
     }

@@ -148,7 +148,7 @@ mod tests {
     fn outlooks_count_only_where_asked_for() {
         let mut receivers = receivers();
         for receiver in &mut receivers {
-            let position = if receiver.texel % 3 == 0 { Vec3::ZERO } else { Vec3::Z * 500.0 };
+            let position = if receiver.texel.is_multiple_of(3) { Vec3::ZERO } else { Vec3::Z * 500.0 };
             receiver.outlook = Some(Outlook { probe: 0, position, air_space: 0 });
             receiver.normal = Vec3::Z;
         }
@@ -158,7 +158,7 @@ mod tests {
         assert!((rule(false).extent(&receivers, &group) - 4.9).abs() < 1e-4);
         let near = |by_outlook: bool| {
             let (lower, _) = rule(by_outlook).split(&receivers, group.clone());
-            lower.iter().filter(|r| receivers[**r as usize].texel % 3 == 0).count()
+            lower.iter().filter(|r| receivers[**r as usize].texel.is_multiple_of(3)).count()
         };
         assert_eq!(near(true), 334, "all that look from nearby are on one side");
         assert!(near(false) < 200);

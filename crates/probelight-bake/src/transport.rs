@@ -136,18 +136,16 @@ impl TransportBuilder<'_> {
         transport: &mut Transport,
     ) {
         let weight = PI / rays.len() as f32;
-        let mut far = Vec::new();
-        if let Some(scalars) = &self.scalars {
-            self.add_scalar_signals(scalars, receiver, rays, surfels, half, &mut far, transport);
-        } else {
-            far.extend(rays.iter().map(|ray| (ray.end(self.tracer), weight)));
-        }
+        let far = match &self.scalars {
+            Some(scalars) => self.add_scalar_signals(scalars, receiver, rays, surfels, half, transport),
+            None => rays.iter().map(|ray| (ray.end(self.tracer), weight)).collect(),
+        };
         self.add_probes(receiver, &far, half, transport);
         let scalars = self.scalars.as_ref().map_or(0, |s| s.first_sky_column() + s.sky.len());
         transport.columns = scalars + self.probes.len() * self.basis.len();
     }
 
-    /// The part of a row that does not come from probes; what is left for these goes to `far`.
+    /// Adds the part of a row that does not come from probes; returns what is left for these.
     fn add_scalar_signals(
         &self,
         scalars: &ScalarSignals<'_>,
@@ -155,10 +153,10 @@ impl TransportBuilder<'_> {
         rays: &[GatherRay],
         surfels: &[u32],
         half: usize,
-        far: &mut Vec<(GatherHit, f32)>,
         transport: &mut Transport,
-    ) {
+    ) -> Vec<(GatherHit, f32)> {
         let weight = PI / rays.len() as f32;
+        let mut far = Vec::new();
         let mut row = vec![0.0; scalars.first_sky_column()];
         let mut sky = RowAccumulator::new(scalars.sky, 1);
         for (ray, surfel) in rays.iter().zip(surfels) {
@@ -177,11 +175,10 @@ impl TransportBuilder<'_> {
             }
         }
         let (_, emitters) = row.split_at_mut(scalars.patches.patches.len());
-        let hits = rays.iter().filter_map(|ray| Some((ray.direction, ray.hit.as_ref()?)));
-        let sampling = &scalars.sampling;
-        scalars.emitters.add_form_factors(self.tracer, receiver, sampling, half, rays.len(), hits, emitters);
+        scalars.emitters.add_form_factors(self.tracer, receiver, &scalars.sampling, half, rays, emitters);
         transport.halves[half].append(&mut row);
         sky.finish(&mut transport.halves[half]);
+        far
     }
 
     /// The part of a row that comes from probes, for rays' ends and weights.
