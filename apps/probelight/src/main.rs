@@ -3,12 +3,15 @@
 //! Each command is a file in `commands`: its raw flags (clap), the settings resolved from them, and what it
 //! does. Everything ends in [`main`], the only place that prints an error and chooses the exit code.
 
+mod bake_settings;
 mod bundled;
 mod cli;
 mod commands;
 mod console;
+mod error_map;
 mod input;
 mod interrupt;
+mod matrix_figures;
 mod output;
 mod points;
 

@@ -96,7 +96,22 @@ fn bake_info_render_and_eval_work_together() {
     let info = place.json("info cornell.plight");
     assert_eq!(info["triangles"], 32);
     assert_eq!(info["settings"]["gather_rays"], 64);
-    assert!(place.succeed("info cornell.plight").contains("receivers"));
+    assert_eq!((&info["settings"]["method"], &info["emitters"]), (&"hybrid".into(), &1.into()));
+    let matrices = &info["matrices"];
+    let bytes = &matrices["bytes_per_receiver"];
+    let parts =
+        ["receiver_basis", "signal_basis", "signals", "metadata"].map(|part| bytes[part].as_f64().unwrap());
+    assert!((parts.iter().sum::<f64>() - info["matrix_bytes_per_receiver"].as_f64().unwrap()).abs() < 1e-6);
+    for histogram in ["error_histogram", "rank_histogram"] {
+        let bins = matrices[histogram].as_array().unwrap();
+        let shares: f64 = bins.iter().map(|bin| bin["share"].as_f64().unwrap()).sum();
+        assert!((shares - 1.0).abs() < 1e-9, "{histogram}");
+    }
+    let shown = place.succeed("info cornell.plight --error-map errors.png");
+    for part in ["receivers by error", "receivers by rank", "bytes per receiver", "hybrid", "teal"] {
+        assert!(shown.contains(part), "{part}: {shown}");
+    }
+    assert!(is_png(&place.path("errors.png")));
 
     let render = place.json("render cornell.plight --setup setup.json --camera front --samples 2 -o a.png");
     assert_eq!((&render["width"], &render["height"]), (&48.into(), &32.into()));
@@ -113,6 +128,24 @@ fn bake_info_render_and_eval_work_together() {
     assert!(
         place.succeed("eval cornell.plight --setup setup.json --points ref.csv").contains("relative RMSE")
     );
+}
+
+#[test]
+fn the_methods_qualities_and_errors_that_are_asked_for_are_baked() {
+    let place = Workplace::new();
+    let settings = |arguments: &str| {
+        place.succeed(&format!("bake cornell.glb -o a.plight --receivers 300 --relight-rays 32 {arguments}"));
+        place.json("info a.plight")["settings"].clone()
+    };
+    let preview = settings("--quality preview");
+    assert_eq!((&preview["gather_rays"], &preview["storage"]), (&64.into(), &"packed".into()));
+    let high = settings("--quality high --rays 32 --error 0.25 --near-radius 2 --surfel-size 1.5");
+    assert_eq!((&high["gather_rays"], &high["max_cluster_error"]), (&32.into(), &0.25.into()));
+    assert_eq!((&high["near_radius"], &high["surfel_size"]), (&2.0.into(), &1.5.into()));
+    let paper = settings("--rays 32 --method paper");
+    assert_eq!((&paper["metric"], &paper["storage"]), (&"band".into(), &"f16".into()));
+    let mixed = settings("--rays 32 --method paper --metric radiance --storage packed");
+    assert_eq!((&mixed["metric"], &mixed["storage"]), (&"radiance".into(), &"packed".into()));
 }
 
 #[test]
@@ -179,7 +212,7 @@ fn the_help_of_bake_states_the_defaults() {
     for (flag, field) in [
         ("--relight-rays <N>", "relight_rays"),
         ("--sh-degree <L>", "sh_degree"),
-        ("--max-rank <K>", "max_rank"),
+        ("--samples-per-surfel <N>", "samples_per_surfel"),
         ("--probes-per-cluster <P>", "probes_per_cluster"),
         ("--receivers-per-cluster <R>", "receivers_per_cluster"),
         ("--seed <S>", "seed"),
@@ -213,6 +246,9 @@ const BAD_INVOCATIONS: &[(&str, i32, &str)] = &[
     ("bake cornell.glb -o a.plight --threads 0", 2, "invalid value"),
     ("bake cornell.glb -o a.plight --sh-degree 99", 1, "0 to 11"),
     ("bake cornell.glb -o a.plight --texel-density -1", 2, ""),
+    ("bake cornell.glb -o a.plight --error 0", 1, "must be positive"),
+    ("bake cornell.glb -o a.plight --quality best", 2, "production"),
+    ("bake cornell.glb -o a.plight --method magic", 2, "hybrid"),
     ("bake none.glb -o a.plight", 1, "none.glb"),
     ("bake setup.json -o a.plight", 1, "setup.json"),
     ("bake cornell.glb -o none/a.plight", 1, "the folder none does not exist"),
@@ -221,6 +257,8 @@ const BAD_INVOCATIONS: &[(&str, i32, &str)] = &[
     ("bake cornell.glb -o setup.json/a.plight", 1, "not a folder"),
     ("info cornell.glb", 1, "cornell.glb"),
     ("info none.plight", 1, "none.plight"),
+    ("info none.plight --error-map a.exr", 1, "must end in .png"),
+    ("info none.plight --error-map none/a.png", 1, "the folder none does not exist"),
     ("render cornell.glb -o a.jpg", 1, ".png"),
     ("render cornell.glb -o a.png --setup setup.json --camera side", 1, "front"),
     ("render cornell.glb -o a.png --setup none.json", 1, "none.json"),

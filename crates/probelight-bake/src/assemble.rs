@@ -1,6 +1,6 @@
 //! Putting the finished groups together into a baked scene.
 
-use probelight_asset::{BakeReport, BakedScene, Cluster, LightmapLayout, Probe};
+use probelight_asset::{BakeReport, BakedScene, Cluster, LightmapLayout, Method, NONE, Probe, Surfel};
 use probelight_math::glam::Vec3;
 
 use crate::atlas::Atlas;
@@ -50,6 +50,9 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
     };
     let receivers = &parts.receivers.receivers;
     let probe_numbers = keep_used_probes(&mut baked, &groups);
+    if baked.settings.method == Method::Paper {
+        keep_seen_surfels(&mut baked);
+    }
     for cluster in groups.iter().flat_map(|g| &g.clusters) {
         let bounds = bounds_of(receivers, &cluster.receivers);
         baked.clusters.push(Cluster {
@@ -105,6 +108,17 @@ fn keep_used_probes(baked: &mut BakedScene, groups: &[FinishedGroup]) -> Vec<u32
         kept.saturating_sub(1)
     };
     is_used.iter().map(number).collect()
+}
+
+/// Leaves out the surfels of relight rays whose probe is left out; each has one light sample.
+fn keep_seen_surfels(baked: &mut BakedScene) {
+    let seen = baked.relight_surfels.iter_mut().filter(|surfel| **surfel != NONE);
+    baked.light_samples = (0..)
+        .zip(seen)
+        .map(|(number, surfel)| baked.light_samples[std::mem::replace(surfel, number) as usize])
+        .collect();
+    let surfel = |first_sample| Surfel { first_sample, sample_count: 1 };
+    baked.surfels = (0..baked.light_samples.len() as u32).map(surfel).collect();
 }
 
 fn report(parts: &BakeParts, groups: &[FinishedGroup], rays: u64) -> BakeReport {

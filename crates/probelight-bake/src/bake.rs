@@ -24,8 +24,8 @@ use crate::partition::KdRule;
 use crate::point_grid::PointGrid;
 use crate::probes::place_probes;
 use crate::receivers::place_receivers;
-use crate::scene_light::{SceneLight, SceneParts};
 use crate::relight::trace_relight_rays;
+use crate::scene_light::{SceneLight, SceneParts};
 use crate::sides::LitSides;
 use crate::{BakeError, BakeOptions};
 

@@ -119,17 +119,21 @@ fn read_u64(bytes: &[u8], at: usize) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
+    use probelight_asset::packed::Ranks;
+
     use super::*;
 
     fn group(seed: u32) -> FinishedGroup {
         FinishedGroup {
             clusters: vec![CompressedCluster {
                 receivers: vec![seed, seed + 1],
+                signals: vec![4],
                 probes: vec![3],
-                rank: 1,
-                receiver_basis: vec![half::f16::from_f32(0.5); 2],
-                signal_basis: vec![half::f16::from_f32(-1.0); 4],
+                ranks: Ranks { snorm8: 1, ..Ranks::default() },
+                receiver_basis: vec![0x4041],
+                signal_basis: vec![0x7f81, 0xff],
                 row_scales: vec![2.0],
+                column_exponents: vec![0, 8, 16, 24, 255],
                 error: 0.1,
             }],
             approximated_rays: 7,

@@ -80,9 +80,8 @@ impl Compressor<'_> {
         let mut clusters = Vec::new();
         while let Some(mut block) = pending.pop() {
             self.sort_coarsest_first(&mut block);
-            let halves = halves.map(|half| {
-                Mat::from_fn(block.rows.len(), matrix.columns, |r, c| half[(block.rows[r], c)])
-            });
+            let halves = halves
+                .map(|half| Mat::from_fn(block.rows.len(), matrix.columns, |r, c| half[(block.rows[r], c)]));
             let cluster = self.decompose(&block, &halves, matrix);
             let can_split =
                 block.rows.len() >= 2 * FEWEST_RECEIVERS_PER_RANK * self.settings.max_rank as usize;
@@ -120,7 +119,12 @@ impl Compressor<'_> {
     }
 
     /// The principal components of a block, with as many singular values and bits as the error asks for.
-    fn decompose(&self, block: &Block, halves: &[Mat<f32>; 2], matrix: &GroupMatrix<'_>) -> CompressedCluster {
+    fn decompose(
+        &self,
+        block: &Block,
+        halves: &[Mat<f32>; 2],
+        matrix: &GroupMatrix<'_>,
+    ) -> CompressedCluster {
         let a = (&halves[0] + &halves[1]) * Scale(0.5);
         let most = (self.settings.max_rank as usize).min(a.nrows());
         let components = Components::of(&a, halves, matrix.metric, most);
@@ -213,9 +217,7 @@ fn noise_free_tails(halves: &[Mat<f32>; 2], metric: &SignalMetric, count: usize)
     let receivers = tested.nrows();
     let rotated = &tested * &u;
     let share = |k: usize| -> f64 {
-        (0..receivers)
-            .map(|r| u[(r, k)] * rotated[(r, k)] - u[(r, k)] * u[(r, k)] * difference[(r, r)])
-            .sum()
+        (0..receivers).map(|r| u[(r, k)] * rotated[(r, k)] - u[(r, k)] * u[(r, k)] * difference[(r, r)]).sum()
     };
     let total: f64 = (0..receivers).map(|r| tested[(r, r)] - difference[(r, r)]).sum();
     let mut tails = tails_of(total, (0..u.ncols()).map(share));
@@ -232,105 +234,162 @@ pub(crate) fn bounds_of(receivers: &[Receiver], group: &[u32]) -> Bounds {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quantize::PackedFactors;
+    use crate::quantize::tests::unpacked;
     use probelight_math::glam::Vec3;
     use probelight_math::sampling::Rng;
 
-    fn settings(max_rank: u32, max_cluster_error: f32) -> BakeSettings {
-        BakeSettings { max_rank, max_cluster_error, ..BakeSettings::default() }
+    const COLUMNS: usize = 32;
+    const STORAGES: [Storage; 2] = [Storage::F16, Storage::Packed];
+
+    fn settings(max_rank: u32, max_cluster_error: f32, storage: Storage) -> BakeSettings {
+        BakeSettings { max_rank, max_cluster_error, storage, ..BakeSettings::default() }
     }
 
     fn line_of_receivers(count: u32) -> Vec<Receiver> {
         (0..count)
-            .map(|i| Receiver { texel: i, position: Vec3::X * i as f32, normal: Vec3::Y, ..Receiver::default() })
-            .collect()
-    }
-
-    /// Rows of `rank` random patterns with random weights.
-    fn low_rank_rows(receivers: usize, columns: usize, rank: usize) -> Vec<f32> {
-        let mut rng = Rng::new(5, 6);
-        let mut random = |n: usize| (0..n).map(|_| rng.next_f32() - 0.5).collect::<Vec<f32>>();
-        let (patterns, weights) = (random(rank * columns), random(rank * receivers));
-        (0..receivers * columns)
-            .map(|i| {
-                let (r, c) = (i / columns, i % columns);
-                (0..rank).map(|k| weights[k * receivers + r] * patterns[k * columns + c]).sum()
+            .map(|i| Receiver {
+                texel: i,
+                position: Vec3::X * i as f32,
+                normal: Vec3::Y,
+                ..Receiver::default()
             })
             .collect()
     }
 
-    fn reconstruct(cluster: &CompressedCluster, columns: usize) -> Vec<(u32, Vec<f32>)> {
-        let height = cluster.receivers.len();
-        let value = |r: usize, c: usize| -> f32 {
-            (0..cluster.rank as usize)
-                .map(|k| {
-                    cluster.receiver_basis[k * height + r].to_f32()
-                        * cluster.signal_basis[k * columns + c].to_f32()
-                        * cluster.row_scales[k]
-                })
-                .sum()
-        };
-        (0..height).map(|r| (cluster.receivers[r], (0..columns).map(|c| value(r, c)).collect())).collect()
+    /// Rows of `rank` random patterns with random weights.
+    fn low_rank_rows(receivers: usize, rank: usize) -> Vec<f32> {
+        let mut rng = Rng::new(5, 6);
+        let mut random = |n: usize| (0..n).map(|_| rng.next_f32() - 0.5).collect::<Vec<f32>>();
+        let (patterns, weights) = (random(rank * COLUMNS), random(rank * receivers));
+        (0..receivers * COLUMNS)
+            .map(|i| {
+                let (r, c) = (i / COLUMNS, i % COLUMNS);
+                (0..rank).map(|k| weights[k * receivers + r] * patterns[k * COLUMNS + c]).sum()
+            })
+            .collect()
     }
 
-    fn compress(count: usize, rows: &[f32], settings: &BakeSettings) -> Vec<CompressedCluster> {
+    /// Strengths of the signals: the last ones count a tenth of the first.
+    fn strength(column: usize) -> f32 {
+        (1.0 + column as f32 / 9.0).powf(-1.5)
+    }
+
+    fn reconstruct(cluster: &CompressedCluster) -> Mat<f32> {
+        let packed = PackedFactors {
+            ranks: cluster.ranks,
+            receiver_basis: cluster.receiver_basis.clone(),
+            signal_basis: cluster.signal_basis.clone(),
+            row_scales: cluster.row_scales.clone(),
+            column_exponents: cluster.column_exponents.clone(),
+            error: cluster.error,
+        };
+        unpacked(&packed, cluster.receivers.len(), COLUMNS)
+    }
+
+    /// Relative error of a cluster's matrix in the metric.
+    fn measured_error(cluster: &CompressedCluster, rows: &[f32]) -> f64 {
+        let stored = reconstruct(cluster);
+        let (mut squared_error, mut energy) = (0f64, 0f64);
+        for (r, receiver) in cluster.receivers.iter().enumerate() {
+            for c in 0..COLUMNS {
+                let exact = f64::from(rows[*receiver as usize * COLUMNS + c]);
+                squared_error += ((f64::from(stored[(r, c)]) - exact) * f64::from(strength(c))).powi(2);
+                energy += (exact * f64::from(strength(c))).powi(2);
+            }
+        }
+        (squared_error / energy).sqrt()
+    }
+
+    fn compress(rows: &[f32], settings: &BakeSettings) -> Vec<CompressedCluster> {
+        let count = rows.len() / COLUMNS;
         let receivers = line_of_receivers(count as u32);
         let compressor = Compressor {
             settings,
             receivers: &receivers,
-            split_rule: KdRule { meters_per_normal: 1.0 },
+            split_rule: KdRule { meters_per_normal: 1.0, by_outlook: true },
             lightmap_width: 16,
         };
         let group: Vec<u32> = (0..count as u32).collect();
-        compressor.compress(&group, rows, rows.len() / count, &[0, 1])
+        compressor.compress(&GroupMatrix {
+            group: &group,
+            halves: [rows, rows],
+            columns: COLUMNS,
+            signals: &[7, 9],
+            probes: &[0, 1],
+            metric: &SignalMetric::independent((0..COLUMNS).map(strength).collect()),
+        })
     }
 
     #[test]
     fn matrices_of_low_rank_are_kept_to_storage_precision() {
-        let (count, columns) = (100, 32);
-        let rows = low_rank_rows(count, columns, 5);
-        let clusters = compress(count, &rows, &settings(8, 1e-4));
-        assert_eq!((clusters.len(), clusters[0].rank), (1, 5));
-        for (receiver, row) in reconstruct(&clusters[0], columns) {
-            for (c, value) in row.iter().enumerate() {
-                assert!((value - rows[receiver as usize * columns + c]).abs() < 4e-3);
+        let rows = low_rank_rows(100, 5);
+        let clusters = compress(&rows, &settings(8, 1e-3, Storage::F16));
+        assert_eq!((clusters.len(), clusters[0].ranks), (1, Ranks { f16: 5, ..Ranks::default() }));
+        let stored = reconstruct(&clusters[0]);
+        for (r, receiver) in clusters[0].receivers.iter().enumerate() {
+            for c in 0..COLUMNS {
+                assert!((stored[(r, c)] - rows[*receiver as usize * COLUMNS + c]).abs() < 4e-3);
             }
+        }
+        assert!((&clusters[0].signals[..], &clusters[0].probes[..]) == (&[7, 9], &[0, 1]));
+    }
+
+    #[test]
+    fn reported_error_is_that_of_the_reconstruction_and_not_trivial() {
+        let rows = low_rank_rows(100, 30);
+        for storage in STORAGES {
+            let cluster = &compress(&rows, &settings(8, 1e-4, storage))[0];
+            let measured = measured_error(cluster, &rows);
+            assert!((measured / f64::from(cluster.error) - 1.0).abs() < 0.02, "{measured} {}", cluster.error);
+            assert!(cluster.error > 0.05);
+            // Negative control: a matrix with one value of ΣVᵀ wrong has another error.
+            let mut wrong = cluster.clone();
+            wrong.row_scales[0] *= -1.0;
+            assert!(measured_error(&wrong, &rows) > 1.2 * f64::from(cluster.error));
         }
     }
 
     #[test]
-    fn reported_error_bounds_the_reconstruction_and_is_not_trivial() {
-        let (count, columns) = (100, 32);
-        let rows = low_rank_rows(count, columns, 30);
-        let cluster = &compress(count, &rows, &settings(8, 1e-4))[0];
-        let (mut squared_error, mut energy) = (0f64, 0f64);
-        for (receiver, row) in reconstruct(cluster, columns) {
-            for (c, value) in row.iter().enumerate() {
-                let strength = f64::from(band_strength(band(c / 2)));
-                let exact = f64::from(rows[receiver as usize * columns + c]);
-                squared_error += ((f64::from(*value) - exact) * strength).powi(2);
-                energy += (exact * strength).powi(2);
-            }
-        }
-        let measured = (squared_error / energy).sqrt();
-        assert!((measured - f64::from(cluster.error)).abs() < 2e-3, "{measured} {}", cluster.error);
-        assert!(cluster.error > 0.05);
+    fn packing_takes_half_of_what_half_floats_take_at_most() {
+        let rows = low_rank_rows(100, 30);
+        let [floats, packed] = STORAGES.map(|storage| compress(&rows, &settings(8, 0.4, storage)).remove(0));
+        let words = |cluster: &CompressedCluster| cluster.receiver_basis.len() + cluster.signal_basis.len();
+        assert!(floats.error <= 0.4 && packed.error <= 0.4);
+        assert!(2 * words(&packed) <= words(&floats) + 2 * packed.ranks.total() as usize);
+    }
+
+    #[test]
+    fn noise_between_the_halves_is_not_counted_as_lost_light() {
+        let (count, columns) = (64, 64);
+        let mut rng = Rng::new(8, 9);
+        let mut noisy =
+            || Mat::from_fn(count, columns, |r, c| 1.0 + (r * c) as f32 / 500.0 + 0.2 * rng.next_f32());
+        let halves = [noisy(), noisy()];
+        let metric = SignalMetric::independent(vec![1.0; columns]);
+        let tails = noise_free_tails(&halves, &metric, 8).unwrap();
+        let a = (&halves[0] + &halves[1]) * Scale(0.5);
+        let counted = Components::of(&a, &halves, &metric, 8).tails;
+        // Two components hold all but the noise, of which their own estimate has 2 / 64 in each half.
+        assert!(tails[2] < 0.1 * counted[2], "{} of {}", tails[2], counted[2]);
+        // Light that is in both halves counts in full.
+        assert!((tails[0] / counted[0] - 1.0).abs() < 0.01 && tails[1] > 2.0 * tails[2]);
     }
 
     #[test]
     fn large_errors_split_the_cluster_and_lose_no_receiver() {
-        let (count, columns) = (256, 32);
-        let rows = low_rank_rows(count, columns, 30);
-        let clusters = compress(count, &rows, &settings(8, 1e-4));
-        assert!(clusters.len() > 1);
-        let mut seen: Vec<u32> = clusters.iter().flat_map(|c| c.receivers.clone()).collect();
-        seen.sort_unstable();
-        assert_eq!(seen, (0..count as u32).collect::<Vec<_>>());
+        for storage in STORAGES {
+            let clusters = compress(&low_rank_rows(256, 30), &settings(8, 1e-4, storage));
+            assert!(clusters.len() > 1);
+            let mut seen: Vec<u32> = clusters.iter().flat_map(|c| c.receivers.clone()).collect();
+            seen.sort_unstable();
+            assert_eq!(seen, (0..256).collect::<Vec<_>>());
+        }
     }
 
     #[test]
     fn coarse_lightmap_levels_are_a_prefix() {
-        let rows = low_rank_rows(64, 32, 2);
-        let clusters = compress(64, &rows, &settings(8, 1e-3));
+        let clusters = compress(&low_rank_rows(64, 2), &settings(8, 1e-3, Storage::Packed));
         let level = |texel: &u32| ((texel % 16) | (texel / 16)).trailing_zeros();
         let levels: Vec<u32> = clusters[0].receivers.iter().map(level).collect();
         assert!(levels.is_sorted_by(|a, b| a >= b), "{levels:?}");

@@ -57,14 +57,15 @@ pub(crate) struct EmitterSampling(Vec<u32>);
 impl Emitters {
     /// Finds the emissive surfaces; patches are a few surfels wide.
     pub(crate) fn find(scene: &Scene, surfel_size: f32) -> Self {
-        let mut emitters =
-            Self { patch_of_triangle: vec![NONE; scene.triangles.len()], ..Self::default() };
+        let mut emitters = Self { patch_of_triangle: vec![NONE; scene.triangles.len()], ..Self::default() };
         for (m, material) in scene.materials.iter().enumerate() {
             if material.emission == Vec3::ZERO {
                 continue;
             }
             let triangles: Vec<u32> = (0..scene.triangles.len() as u32)
-                .filter(|t| scene.triangle_material[*t as usize] as usize == m && scene.area(*t as usize) > 0.0)
+                .filter(|t| {
+                    scene.triangle_material[*t as usize] as usize == m && scene.area(*t as usize) > 0.0
+                })
                 .collect();
             if triangles.is_empty() {
                 continue;
@@ -78,11 +79,24 @@ impl Emitters {
         emitters
     }
 
-    fn add_patches(&mut self, scene: &Scene, triangles: Vec<u32>, width: f32, is_textured: bool, material: u32) {
+    fn add_patches(
+        &mut self,
+        scene: &Scene,
+        triangles: Vec<u32>,
+        width: f32,
+        is_textured: bool,
+        material: u32,
+    ) {
         let bounds = Bounds::of(triangles.iter().flat_map(|t| scene.corners(*t as usize)));
         let size = bounds.size();
         if triangles.len() > 1 && size.max_element() > width {
-            let axis = if size.x >= size.y.max(size.z) { 0 } else if size.y >= size.z { 1 } else { 2 };
+            let axis = if size.x >= size.y.max(size.z) {
+                0
+            } else if size.y >= size.z {
+                1
+            } else {
+                2
+            };
             let middle = |t: &u32| scene.corners(*t as usize).iter().map(|c| c[axis]).sum::<f32>();
             let mut sorted = triangles;
             sorted.sort_by(|a, b| middle(a).total_cmp(&middle(b)).then(a.cmp(b)));
@@ -157,7 +171,8 @@ impl Emitters {
             let cosines = (ray.cosine, -hit.normal.dot(ray.direction));
             let squared = hit.distance * hit.distance;
             let weight = balanced_weight(samples, ray_count, patch.area(), cosines, squared);
-            sums[patch.signal as usize] += weight * self.texel_share(tracer, patch, hit.triangle, hit.barycentric);
+            sums[patch.signal as usize] +=
+                weight * self.texel_share(tracer, patch, hit.triangle, hit.barycentric);
         }
         for (p, (patch, samples)) in self.patches.iter().zip(&sampling.0).enumerate() {
             for sample in half as u32 * samples..(half as u32 + 1) * samples {
@@ -188,7 +203,8 @@ impl Emitters {
         if mean == Vec3::ONE {
             return 1.0;
         }
-        luminance(tracer.scene().emission_texel(triangle as usize, at)) / luminance(mean).max(f32::MIN_POSITIVE)
+        luminance(tracer.scene().emission_texel(triangle as usize, at))
+            / luminance(mean).max(f32::MIN_POSITIVE)
     }
 }
 
@@ -218,10 +234,120 @@ fn mean_emission_texel(scene: &Scene, triangles: &[u32]) -> Vec3 {
     let (sum, total) = triangles.iter().fold((Vec3::ZERO, 0.0), |(sum, total), t| {
         let area = scene.area(*t as usize);
         let mean: Vec3 = (0..per_triangle)
-            .map(|i| scene.emission_texel(*t as usize, triangle_from_square(sobol_owen(i, hash_pair(*t, 71)))))
+            .map(|i| {
+                scene.emission_texel(*t as usize, triangle_from_square(sobol_owen(i, hash_pair(*t, 71))))
+            })
             .sum::<Vec3>()
             / per_triangle as f32;
         (sum + mean * area, total + area)
     });
     sum / f32::max(total, f32::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use probelight_math::glam::{Vec4, vec2};
+    use probelight_scene::Material;
+
+    use super::*;
+    use crate::gather::gather_rays;
+    use crate::receivers::Receiver;
+    use crate::texel_points::SamplePoint;
+
+    const HALF_SIDE: f32 = 0.5;
+    const RAYS: u32 = 64;
+
+    /// A square lamp that shines down, above the origin; and, if asked for, a sheet half way that shades the
+    /// side x > 0.
+    fn square_lamp(height: f32, is_shaded: bool) -> Tracer {
+        let lamp = Material { emission: Vec3::ONE, ..Material::default() };
+        let mut scene = Scene { materials: vec![lamp, Material::default()], ..Scene::default() };
+        let mut add = |low: Vec2, high: Vec2, height: f32, material: u32| {
+            let first = scene.positions.len() as u32;
+            let corners = [low, vec2(high.x, low.y), high, vec2(low.x, high.y)];
+            scene.positions.extend(corners.map(|c| Vec3::new(c.x, height, c.y)));
+            scene.normals.extend([Vec3::NEG_Y; 4]);
+            scene.tangents.extend([Vec4::new(1.0, 0.0, 0.0, 1.0); 4]);
+            scene.uv0.extend([Vec2::ZERO; 4]);
+            scene.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|v| first + v)));
+            scene.triangle_material.extend([material; 2]);
+        };
+        add(Vec2::splat(-HALF_SIDE), Vec2::splat(HALF_SIDE), height, 0);
+        if is_shaded {
+            add(vec2(0.0, -9.0), vec2(9.0, 9.0), 0.5 * height, 1);
+        }
+        Tracer::new(Arc::new(scene))
+    }
+
+    /// ∫ cosθ dω over a square of half side a at distance d, from below its middle: four times the form factor
+    /// of a rectangle above one of its corners, with X = a/d, `2 X/√(1+X²) · atan(X/√(1+X²))`.
+    fn closed_form(distance: f32) -> f32 {
+        let x = HALF_SIDE / distance;
+        let slope = x / (1.0 + x * x).sqrt();
+        4.0 * slope * slope.atan()
+    }
+
+    /// Mean over many receivers at the origin of the estimate, with or without gather rays.
+    fn form_factor(tracer: &Tracer, with_rays: bool) -> f32 {
+        let emitters = Emitters::find(tracer.scene(), 0.1);
+        assert_eq!(emitters.signals.len(), 1);
+        let sampling = emitters.sampling(&Bounds::of([Vec3::ZERO]));
+        let receivers = 200;
+        let mut sums = [0.0];
+        for texel in 0..receivers {
+            let receiver = Receiver { texel, normal: Vec3::Y, ..Receiver::default() };
+            let points = [SamplePoint { normal: Vec3::Y, ..SamplePoint::default() }];
+            let rays: Vec<GatherRay> =
+                if with_rays { gather_rays(tracer, texel, &points, RAYS, 0).collect() } else { Vec::new() };
+            let place = Place { receiver: &receiver, points: &points };
+            emitters.add_form_factors(tracer, &place, &sampling, 0, &rays, &mut sums);
+        }
+        sums[0] / receivers as f32
+    }
+
+    #[test]
+    fn form_factors_of_a_square_lamp_are_those_of_the_closed_form() {
+        for distance in [0.2, 1.0, 4.0] {
+            let tracer = square_lamp(distance, false);
+            for with_rays in [false, true] {
+                let ratio = form_factor(&tracer, with_rays) / closed_form(distance);
+                assert!((ratio - 1.0).abs() < 0.01, "{distance} m, rays {with_rays}: {ratio}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_stands_between_shades_half_of_the_lamp() {
+        // Negative control: the comparison above would see it.
+        let tracer = square_lamp(1.0, true);
+        for with_rays in [false, true] {
+            let ratio = form_factor(&tracer, with_rays) / closed_form(1.0);
+            assert!((ratio - 0.5).abs() < 0.02, "rays {with_rays}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn lamps_shine_from_their_front_only() {
+        let mut scene = Scene::clone(square_lamp(1.0, false).scene());
+        for triangle in &mut scene.triangles {
+            triangle.swap(1, 2);
+        }
+        let tracer = Tracer::new(Arc::new(scene));
+        assert_eq!([false, true].map(|with_rays| form_factor(&tracer, with_rays)), [0.0; 2]);
+    }
+
+    #[test]
+    fn near_patches_get_more_samples_and_none_is_forgotten() {
+        let tracer = square_lamp(1.0, false);
+        let emitters = Emitters::find(tracer.scene(), 0.01);
+        assert_eq!(emitters.patches.len(), 2, "one patch for each triangle where surfels are small");
+        let total = |middle: Vec3| emitters.sampling(&Bounds::of([middle])).0;
+        assert!(total(Vec3::X * 1e4).iter().all(|samples| *samples >= FEWEST_SAMPLES));
+        let near = total(Vec3::ZERO);
+        assert!(
+            near.iter().sum::<u32>() as f32 <= SAMPLES && near.iter().sum::<u32>() as f32 > 0.9 * SAMPLES
+        );
+    }
 }

@@ -79,7 +79,8 @@ impl GroupWorker<'_> {
         };
         let mut transport = Transport::default();
         for (receiver, view) in group.iter().zip(&views) {
-            let place = Place { receiver: &self.receivers[*receiver as usize], points: self.points.of(*receiver) };
+            let place =
+                Place { receiver: &self.receivers[*receiver as usize], points: self.points.of(*receiver) };
             builder.add_row(&place, &view.rays, &view.surfels, &mut transport);
         }
         if let Some(scalars) = &builder.scalars {
@@ -112,7 +113,8 @@ impl GroupWorker<'_> {
         let mut view = View::default();
         // Rays of points inside solids tell nothing.
         for rays in all.chunk_by(|a, b| a.origin == b.origin) {
-            let is_unlit = |ray: &&GatherRay| ray.hit.is_some_and(|hit| self.atlas.texel_of_hit(&hit) == NONE);
+            let is_unlit =
+                |ray: &&GatherRay| ray.hit.is_some_and(|hit| self.atlas.texel_of_hit(&hit) == NONE);
             if rays.iter().filter(is_unlit).count() as f32 <= MAX_UNLIT_SHARE * rays.len() as f32 {
                 view.rays.extend(rays);
                 view.surfels.extend(rays.iter().map(surfel_of));
@@ -129,12 +131,15 @@ impl GroupWorker<'_> {
         seen.sort_unstable();
         seen.dedup();
         seen.retain(|surfel| *surfel != NONE);
+        // Neighbours in a group share a witness, so that what any receiver sees counts.
         let witnesses: Vec<Vec<(u32, f32)>> = views
-            .iter()
-            .step_by(views.len().div_ceil(WITNESSES))
-            .map(|view| {
-                let weight = std::f32::consts::PI / view.rays.len() as f32;
-                view.surfels.iter().filter(|s| **s != NONE).map(|surfel| (*surfel, weight)).collect()
+            .chunks(views.len().div_ceil(WITNESSES))
+            .map(|views| {
+                let seen = views.iter().flat_map(|view| {
+                    let weight = std::f32::consts::PI / (view.rays.len() * views.len()) as f32;
+                    view.surfels.iter().map(move |surfel| (*surfel, weight))
+                });
+                seen.filter(|(surfel, _)| *surfel != NONE).collect()
             })
             .collect();
         let error = PATCH_ERROR_SHARE * self.compressor.settings.max_cluster_error;
@@ -185,7 +190,8 @@ impl GroupWorker<'_> {
             (Metric::Radiance, Some(ensemble)) => ensemble,
             (Metric::Plain, _) => return SignalMetric::independent(vec![1.0; transport.columns]),
             _ => {
-                let strength = |c: usize| if c < scalars { 1.0 } else { band_strength(band(coefficient(c).1)) };
+                let strength =
+                    |c: usize| if c < scalars { 1.0 } else { band_strength(band(coefficient(c).1)) };
                 return SignalMetric::independent((0..transport.columns).map(strength).collect());
             }
         };
@@ -203,7 +209,8 @@ impl GroupWorker<'_> {
             .enumerate()
             .map(|(c, row)| {
                 let mean_square = row.iter().map(|v| v * v).sum::<f32>() / row.len().max(1) as f32;
-                let parts = transport.signals.get(c).map_or(1.0, |s| self.light.surfels.surfels_in(*s) as f32);
+                let parts =
+                    transport.signals.get(c).map_or(1.0, |s| self.light.surfels.surfels_in(*s) as f32);
                 (mean_square / parts).sqrt()
             })
             .collect();

@@ -4,7 +4,7 @@
 //!
 //! | step | file | result |
 //! | --- | --- | --- |
-//! | settings | `options` | defaults derived from the scene's scale |
+//! | settings | `options`, `quality` | defaults derived from the scene's scale, and presets |
 //! | walls | `cut` | large triangles cut where walls stand on them, so that no chart runs under a wall |
 //! | lit sides | `sides` | which sides of the triangles have light of their own |
 //! | layout | `atlas`, `layout` | lightmap charts at the wanted density |
@@ -40,11 +40,14 @@ mod patch_choice;
 mod point_grid;
 mod probe_choice;
 mod probes;
+mod quality;
 mod quantize;
 mod receivers;
 mod relight;
 mod scene_light;
 mod sides;
+#[cfg(test)]
+mod small_scene;
 mod surface_samples;
 mod surfels;
 mod texel_points;
@@ -54,3 +57,4 @@ mod voxels;
 pub use bake::bake;
 pub use error::BakeError;
 pub use options::{BakeOptions, DEFAULT_MAX_RECEIVERS};
+pub use quality::{Preset, Quality};

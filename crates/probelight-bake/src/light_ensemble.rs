@@ -287,7 +287,8 @@ fn sky_of_directions(directions: &[Vec3], lightings: &[Lighting], scales: &[f32]
         Lighting::Sky(sky) => sky.radiance(*direction),
         _ => 0.0,
     };
-    let along = |direction| lightings.iter().zip(scales).map(move |(l, scale)| scale * radiance(direction, l));
+    let along =
+        |direction| lightings.iter().zip(scales).map(move |(l, scale)| scale * radiance(direction, l));
     directions.iter().flat_map(along).collect()
 }
 
@@ -360,7 +361,12 @@ impl LitSurfel {
     }
 
     /// Emission that the probes see, where emitters have no signals of their own.
-    fn add_own_emission(&mut self, input: &EnsembleInput<'_>, lightings: &[Lighting], samples: &[LightSample]) {
+    fn add_own_emission(
+        &mut self,
+        input: &EnsembleInput<'_>,
+        lightings: &[Lighting],
+        samples: &[LightSample],
+    ) {
         for sample in samples.iter().filter(|s| s.base_color_and_side[3] == 0) {
             let signal = input.emitters.signal_of_triangle(sample.triangle);
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
@@ -373,7 +379,11 @@ impl LitSurfel {
 }
 
 /// Mean irradiance of some light samples straight from each analytic lighting.
-fn direct_irradiances(input: &EnsembleInput<'_>, lightings: &[Lighting], samples: &[&LightSample]) -> Vec<f32> {
+fn direct_irradiances(
+    input: &EnsembleInput<'_>,
+    lightings: &[Lighting],
+    samples: &[&LightSample],
+) -> Vec<f32> {
     let irradiance = |lighting: &Lighting| match lighting {
         Lighting::Analytic(light) => {
             let lights = std::slice::from_ref(light);

@@ -44,9 +44,13 @@ impl SignalMetric {
             column *= Scale(weight.sqrt());
         }
         let lit_energy: f32 = energies.iter().zip(&weights).map(|(e, w)| e * w).sum();
-        let floor_energy: f32 = (0..a.ncols())
-            .map(|c| floor[c] * floor[c] * a.col(c).iter().map(|v| v * v).sum::<f32>())
-            .sum();
+        let floor_energy: f32 =
+            (0..a.ncols()).map(|c| floor[c] * floor[c] * a.col(c).iter().map(|v| v * v).sum::<f32>()).sum();
+        if lit_energy <= 0.0 {
+            // None of the lightings gets here, so all light is unforeseen.
+            let has_floor = floor_energy > 0.0;
+            return Self::independent(if has_floor { floor } else { vec![1.0; a.ncols()] });
+        }
         let factor = (FLOOR_SHARE * lit_energy / floor_energy.max(f32::MIN_POSITIVE)).sqrt();
         floor.iter_mut().for_each(|strength| *strength *= factor);
         Self { strengths: floor, lit: Some(lit) }
@@ -70,9 +74,88 @@ impl SignalMetric {
 
     /// The signals' mean squares.
     pub(crate) fn second_moments(&self) -> Vec<f32> {
-        let lit = |c: usize| {
-            self.lit.as_ref().map_or(0.0, |lit| lit.row(c).iter().map(|v| v * v).sum::<f32>())
-        };
+        let lit =
+            |c: usize| self.lit.as_ref().map_or(0.0, |lit| lit.row(c).iter().map(|v| v * v).sum::<f32>());
         self.strengths.iter().enumerate().map(|(c, d)| d * d + lit(c)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use probelight_math::sampling::Rng;
+
+    const RECEIVERS: usize = 7;
+    const SIGNALS: usize = 5;
+    const LIGHTINGS: usize = 11;
+
+    fn random(rows: usize, columns: usize, seed: u64) -> Mat<f32> {
+        let mut rng = Rng::new(seed, 1);
+        Mat::from_fn(rows, columns, |_, _| rng.next_f32())
+    }
+
+    fn floor() -> Vec<f32> {
+        (1..=SIGNALS).map(|c| c as f32).collect()
+    }
+
+    fn trace(gram: &Mat<f64>) -> f64 {
+        (0..gram.nrows()).map(|i| gram[(i, i)]).sum()
+    }
+
+    #[test]
+    fn without_lightings_the_radiance_metric_is_the_independent_one() {
+        let a = random(RECEIVERS, SIGNALS, 1);
+        let independent = SignalMetric::independent(floor());
+        let dark = SignalMetric::radiance(Mat::zeros(SIGNALS, 0), &[], floor(), &a);
+        assert_eq!(dark.gram(&a), independent.gram(&a));
+        assert_eq!(dark.second_moments(), independent.second_moments());
+        // The same holds where the lightings bring nothing: a room that none of them lit.
+        let unlit = SignalMetric::radiance(Mat::zeros(SIGNALS, LIGHTINGS), &[1.0; LIGHTINGS], floor(), &a);
+        assert_eq!(unlit.gram(&a), independent.gram(&a));
+        // Negative control: light makes a difference.
+        let lit = SignalMetric::radiance(random(SIGNALS, LIGHTINGS, 2), &[1.0; LIGHTINGS], floor(), &a);
+        assert_ne!(lit.gram(&a), independent.gram(&a));
+    }
+
+    #[test]
+    fn signals_that_are_dark_under_every_lighting_still_count() {
+        let a = random(RECEIVERS, SIGNALS, 1);
+        let nothing =
+            SignalMetric::radiance(Mat::zeros(SIGNALS, LIGHTINGS), &[1.0; LIGHTINGS], vec![0.0; SIGNALS], &a);
+        assert!(trace(&nothing.gram(&a)) > 0.0);
+    }
+
+    #[test]
+    fn the_floor_has_its_share_of_the_energy() {
+        let a = random(RECEIVERS, SIGNALS, 1);
+        let metric = SignalMetric::radiance(random(SIGNALS, LIGHTINGS, 2), &[1.0; LIGHTINGS], floor(), &a);
+        let independent = SignalMetric::independent(metric.strengths.clone());
+        let lit = trace(&metric.gram(&a)) - trace(&independent.gram(&a));
+        let share = trace(&independent.gram(&a)) / lit;
+        assert!((share / f64::from(FLOOR_SHARE) - 1.0).abs() < 1e-3, "{share}");
+    }
+
+    #[test]
+    fn gram_and_moments_are_those_of_the_second_moment_matrix() {
+        let a = random(RECEIVERS, SIGNALS, 1);
+        let metric = SignalMetric::radiance(random(SIGNALS, LIGHTINGS, 2), &[1.0; LIGHTINGS], floor(), &a);
+        // With A = identity, the Gram matrix is M itself.
+        let m = metric.gram(&Mat::identity(SIGNALS, SIGNALS));
+        for (c, moment) in metric.second_moments().iter().enumerate() {
+            assert!((m[(c, c)] / f64::from(*moment) - 1.0).abs() < 1e-5);
+        }
+        let a = Mat::from_fn(RECEIVERS, SIGNALS, |r, c| f64::from(a[(r, c)]));
+        let expected = &a * &m * a.transpose();
+        let gram = metric.gram(&random(RECEIVERS, SIGNALS, 1));
+        assert!((&gram - &expected).norm_l2() < 1e-5 * expected.norm_l2());
+    }
+
+    #[test]
+    fn bright_lightings_count_no_more_than_others_and_dim_ones_by_what_they_bring() {
+        let energies = [1e4, 1e4, 1e-4, 1.0];
+        let weights = lighting_weights(&energies, &[1.0, 2.0, 1.0, 1.0]);
+        let counted: Vec<f32> = energies.iter().zip(&weights).map(|(e, w)| e * w).collect();
+        assert!((counted[1] / counted[0] - 2.0).abs() < 1e-5, "priors count");
+        assert!(counted[0] < 1.0 && (counted[3] / counted[2] / 1e4 - 1.0).abs() < 1e-2);
     }
 }

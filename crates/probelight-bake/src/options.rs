@@ -7,12 +7,15 @@ use probelight_scene::Scene;
 use probelight_trace::{Ray, Tracer};
 use rayon::prelude::*;
 
-use crate::BakeError;
 use crate::surface_samples::sample_front_faces;
+use crate::{BakeError, Quality};
 
 /// What a user may ask of a bake. `None` means the documented default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BakeOptions {
+    /// What the receivers, gather rays, rank and cluster error default to. Default [`Quality::Medium`], whose
+    /// values are given below.
+    pub quality: Option<Quality>,
     /// What the clusters' signals are. Default [`Method::Hybrid`].
     pub method: Option<Method>,
     /// What the matrices are compressed for. Default [`Metric::Radiance`], with the paper's method
@@ -53,7 +56,7 @@ pub struct BakeOptions {
     /// Most probes a cluster draws on; up to twice as many where more than a few of its rays end at places that
     /// none of them sees. Default 10.
     pub probes_per_cluster: Option<u32>,
-    /// Most receivers in a cluster. Default 256: probes serve a cluster well only if it is small against the
+    /// Most receivers in a cluster. Default 512, with the paper's method 256: probes serve a cluster well only if it is small against the
     /// distance between them.
     pub receivers_per_cluster: Option<u32>,
     /// Use the scene's second texture coordinates for the lightmap where they are valid.
@@ -80,7 +83,8 @@ struct MethodDefaults {
     metric: Metric,
     storage: Storage,
     sh_degree: u32,
-    gather_rays: u32,
+    /// Gather rays as a multiple of what the quality asks for.
+    gather_rays_factor: u32,
     receivers_per_cluster: u32,
 }
 
@@ -91,7 +95,7 @@ impl MethodDefaults {
                 metric: Metric::Band,
                 storage: Storage::F16,
                 sh_degree: 7,
-                gather_rays: 512,
+                gather_rays_factor: 2,
                 receivers_per_cluster: 256,
             },
             // Surfels bring the detail, so the probes need less; the compression takes noise away.
@@ -99,7 +103,7 @@ impl MethodDefaults {
                 metric: Metric::Radiance,
                 storage: Storage::Packed,
                 sh_degree: 5,
-                gather_rays: 256,
+                gather_rays_factor: 1,
                 receivers_per_cluster: 512,
             },
         }
@@ -160,6 +164,7 @@ impl Resolved {
 impl BakeOptions {
     /// Checks the options and fills in the defaults for one scene.
     pub(crate) fn resolve(&self, tracer: &Tracer) -> Result<Resolved, BakeError> {
+        let preset = self.quality.unwrap_or_default().preset();
         let free_distance = typical_free_distance(tracer);
         let positive = |option, value: Option<f32>| match value {
             Some(v) if !(v > 0.0 && v.is_finite()) => {
@@ -207,7 +212,7 @@ impl BakeOptions {
             gather_rays: within(
                 "the gather rays",
                 self.gather_rays,
-                defaults.gather_rays,
+                defaults.gather_rays_factor * preset.gather_rays,
                 16..=65_536,
                 "16 to 65536",
             )?,
@@ -226,14 +231,14 @@ impl BakeOptions {
                 16..=4096,
                 "16 to 4096",
             )?,
-            max_rank: within("the rank", self.max_rank, 32, 1..=256, "1 to 256")?,
-            max_cluster_error: max_error.unwrap_or(0.03),
+            max_rank: within("the rank", self.max_rank, preset.max_rank, 1..=256, "1 to 256")?,
+            max_cluster_error: max_error.unwrap_or(preset.max_cluster_error),
             seed: self.seed.unwrap_or(0),
         };
         let (receiver_target, target_is_limit) = match (texel_density, self.receivers) {
             (Some(_), _) => (None, false),
             (None, Some(_)) => (Some(receivers), false),
-            (None, None) => (Some(DEFAULT_MAX_RECEIVERS), true),
+            (None, None) => (Some(preset.max_receivers), true),
         };
         Ok(Resolved {
             settings,

@@ -137,10 +137,31 @@ mod tests {
     fn opposite_normals_are_separated_where_they_outweigh_the_distance() {
         let receivers = receivers();
         let split = |meters_per_normal| {
-            let (lower, _) = KdRule { meters_per_normal, by_outlook: true }.split(&receivers, (0..1000).collect());
+            let (lower, _) =
+                KdRule { meters_per_normal, by_outlook: true }.split(&receivers, (0..1000).collect());
             lower.iter().all(|r| receivers[*r as usize].normal == receivers[lower[0] as usize].normal)
         };
         assert!(split(100.0));
         assert!(!split(0.01));
+    }
+
+    #[test]
+    fn outlooks_count_only_where_asked_for() {
+        let mut receivers = receivers();
+        for receiver in &mut receivers {
+            let position = if receiver.texel.is_multiple_of(3) { Vec3::ZERO } else { Vec3::Z * 500.0 };
+            receiver.outlook = Some(Outlook { probe: 0, position, air_space: 0 });
+            receiver.normal = Vec3::Z;
+        }
+        let group: Vec<u32> = (0..1000).collect();
+        let rule = |by_outlook| KdRule { meters_per_normal: 1.0, by_outlook };
+        assert_eq!(rule(true).extent(&receivers, &group), 500.0);
+        assert!((rule(false).extent(&receivers, &group) - 4.9).abs() < 1e-4);
+        let near = |by_outlook: bool| {
+            let (lower, _) = rule(by_outlook).split(&receivers, group.clone());
+            lower.iter().filter(|r| receivers[**r as usize].texel.is_multiple_of(3)).count()
+        };
+        assert_eq!(near(true), 334, "all that look from nearby are on one side");
+        assert!(near(false) < 200);
     }
 }

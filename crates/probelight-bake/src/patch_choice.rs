@@ -6,6 +6,7 @@
 //! otherwise.
 
 use std::collections::{BTreeMap, HashMap};
+use std::f32::consts::PI;
 
 use probelight_asset::NONE;
 
@@ -13,7 +14,7 @@ use crate::light_ensemble::LightEnsemble;
 use crate::metric::lighting_weights;
 use crate::surfels::SurfelTree;
 
-/// Receivers of a cluster whose view decides.
+/// Parts of a cluster whose mean view decides.
 pub(crate) const WITNESSES: usize = 32;
 
 /// How much of the light of each patch reaches the witnesses, steradians.
@@ -29,8 +30,8 @@ pub(crate) struct PatchChoice {
 }
 
 impl PatchChoice {
-    /// Chooses patches for surfels that receivers see. `witnesses` holds for some receivers, evenly chosen, the
-    /// surfels they see and how much of their light arrives (steradians); `seen` are all surfels that any
+    /// Chooses patches for surfels that receivers see. `witnesses` holds for each part of the cluster the
+    /// surfels it sees and how much of their light arrives (steradians); `seen` are all surfels that any
     /// receiver sees. An error of √`tolerance` of the arriving light is accepted for each patch.
     pub(crate) fn new(
         tree: &SurfelTree,
@@ -66,7 +67,7 @@ impl PatchChoice {
     }
 
     /// Finds the chosen patch of each seen surfel. The parts of a patch that are seen are often brighter than
-    /// those that are not; the share that is best under the ensemble's lightings takes this into account.
+    /// those that are not; the share under the ensemble's lightings takes this into account.
     fn assign_surfels(&mut self, tree: &SurfelTree, ensemble: &LightEnsemble, seen: &[u32]) {
         for surfel in seen {
             let mut patch = *surfel;
@@ -104,6 +105,8 @@ struct Judge<'a> {
     ensemble: &'a LightEnsemble,
     /// How much each lighting counts.
     weights: Vec<f32>,
+    /// Whether any lighting sends light here. Where none does, all surfels may be bright or dark.
+    is_reached: bool,
     /// Weighted energy of the light that arrives by way of surfels.
     arriving: f32,
 }
@@ -123,12 +126,16 @@ impl<'a> Judge<'a> {
         }
         energies.iter_mut().for_each(|energy| *energy /= witnesses.len().max(1) as f32);
         let weights = lighting_weights(&energies, ensemble.weights());
-        let arriving = energies.iter().zip(&weights).map(|(e, w)| e * w).sum();
-        Self { ensemble, weights, arriving }
+        let arriving: f32 = energies.iter().zip(&weights).map(|(e, w)| e * w).sum();
+        let is_reached = arriving > 0.0;
+        Self { ensemble, weights, is_reached, arriving: if is_reached { arriving } else { PI * PI } }
     }
 
     /// Weighted variance of the radiance within a patch.
     fn variance(&self, tree: &SurfelTree, patch: u32) -> f32 {
+        if !self.is_reached {
+            return 1.0;
+        }
         let Some(group) = (patch as usize).checked_sub(tree.surfels.len()) else { return 0.0 };
         let means = self.ensemble.scalar(patch as usize);
         let squares = self.ensemble.square(group);
@@ -138,11 +145,7 @@ impl<'a> Judge<'a> {
 }
 
 /// The views of all patches that contain a seen surfel.
-fn views_of_patches(
-    tree: &SurfelTree,
-    witnesses: &[Vec<(u32, f32)>],
-    seen: &[u32],
-) -> HashMap<u32, Views> {
+fn views_of_patches(tree: &SurfelTree, witnesses: &[Vec<(u32, f32)>], seen: &[u32]) -> HashMap<u32, Views> {
     let mut pending: BTreeMap<u32, Views> = seen.iter().map(|surfel| (*surfel, [0.0; WITNESSES])).collect();
     for (w, witness) in witnesses.iter().enumerate() {
         for (surfel, weight) in witness {
@@ -160,4 +163,75 @@ fn views_of_patches(
         views.insert(patch, view);
     }
     views
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::small_scene::SmallScene;
+
+    /// What some receivers of a scene see, and all surfels seen.
+    fn views(scene: &SmallScene) -> (Vec<Vec<(u32, f32)>>, Vec<u32>) {
+        let witness = |receiver| {
+            let hits = scene.gather(receiver, 64).into_iter().filter_map(|ray| ray.hit);
+            let surfel = |hit| scene.light.surfels.surfel_of_hit(&scene.atlas, &hit);
+            hits.map(|hit| (surfel(hit), 0.05)).filter(|(surfel, _)| *surfel != NONE).collect()
+        };
+        let receivers = 0..scene.receivers.receivers.len() as u32;
+        let witnesses: Vec<Vec<(u32, f32)>> = receivers.step_by(7).take(WITNESSES).map(witness).collect();
+        let mut seen: Vec<u32> = witnesses.iter().flatten().map(|(surfel, _)| *surfel).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        (witnesses, seen)
+    }
+
+    fn choose(scene: &SmallScene, tolerance: f32) -> PatchChoice {
+        let (witnesses, seen) = views(scene);
+        let ensemble = scene.light.ensemble.as_ref().unwrap();
+        PatchChoice::new(&scene.light.surfels, ensemble, &witnesses, &seen, tolerance)
+    }
+
+    #[test]
+    fn without_tolerance_every_seen_surfel_is_a_column_of_its_own() {
+        let scene = SmallScene::load("cornell.glb");
+        let (_, seen) = views(&scene);
+        let choice = choose(&scene, 0.0);
+        assert_eq!(choice.patches, seen);
+        for (column, surfel) in seen.iter().enumerate() {
+            assert_eq!(choice.column(*surfel), Some((column, 1.0)));
+        }
+    }
+
+    #[test]
+    fn with_any_tolerance_only_the_roots_are_left() {
+        let scene = SmallScene::load("cornell.glb");
+        let tree = &scene.light.surfels;
+        let choice = choose(&scene, f32::INFINITY);
+        assert!(!choice.patches.is_empty());
+        assert!(choice.patches.iter().all(|patch| tree.parents[*patch as usize] == NONE));
+    }
+
+    #[test]
+    fn smaller_tolerances_take_more_patches_and_each_seen_surfel_has_exactly_one() {
+        let scene = SmallScene::load("cornell.glb");
+        let (_, seen) = views(&scene);
+        let tree = &scene.light.surfels;
+        let choices = [1e-2, 1e-4, 1e-6].map(|tolerance| choose(&scene, tolerance));
+        assert!(choices.is_sorted_by(|a, b| a.patches.len() < b.patches.len()));
+        for surfel in seen {
+            for choice in &choices {
+                let (column, share) = choice.column(surfel).expect("every seen surfel has a column");
+                assert!(share.is_finite() && share >= 0.0);
+                let mut above = vec![surfel];
+                while let Some(parent) =
+                    above.last().map(|p| tree.parents[*p as usize]).filter(|p| *p != NONE)
+                {
+                    above.push(parent);
+                }
+                let chosen: Vec<&u32> = above.iter().filter(|p| choice.patches.contains(p)).collect();
+                assert_eq!(chosen, [&choice.patches[column]]);
+            }
+        }
+        assert_eq!(choices[0].column(u32::MAX - 1), None);
+    }
 }

@@ -53,9 +53,8 @@ pub(crate) fn quantize(
         let precision = ranks.precision(k);
         let line: Vec<f32> = factors.u.col(k).iter().map(|u| u / scales.receivers[k]).collect();
         precision.pack(&line, &mut packed.receiver_basis);
-        let line: Vec<f32> = (0..factors.w.ncols())
-            .map(|c| factors.w[(k, c)] / (scales.rows[k] * scales.column(c)))
-            .collect();
+        let line: Vec<f32> =
+            (0..factors.w.ncols()).map(|c| factors.w[(k, c)] / (scales.rows[k] * scales.column(c))).collect();
         precision.pack(&line, &mut packed.signal_basis);
         packed.row_scales.push(scales.rows[k] * scales.receivers[k]);
     }
@@ -126,12 +125,7 @@ impl RoundingNoise {
 }
 
 /// The cheapest ranks within the target, or those with the least error; and the energy of their error.
-fn choose_ranks(
-    factors: &Factors<'_>,
-    noise: &RoundingNoise,
-    is_packed: bool,
-    target: f64,
-) -> (Ranks, f64) {
+fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, is_packed: bool, target: f64) -> (Ranks, f64) {
     let most = factors.energies.len();
     let accepted = target * target * factors.total;
     let tail = |kept: usize| factors.tails[kept];
@@ -162,5 +156,128 @@ fn choose_ranks(
     match (best, least) {
         (Some((_, ranks, energy)), _) | (None, Some((ranks, energy))) => (ranks, energy),
         (None, None) => (Ranks::default(), factors.total),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use probelight_math::sampling::Rng;
+    use std::f32::consts::PI;
+
+    /// U·ΣVᵀ as a runtime reads it.
+    pub(crate) fn unpacked(packed: &PackedFactors, receivers: usize, columns: usize) -> Mat<f32> {
+        let ranks = packed.ranks;
+        let lines = |words: &[u32], count: usize| {
+            Mat::from_fn(ranks.total() as usize, count, |k, i| {
+                ranks.precision(k).unpack(&words[ranks.line_start(k, count)..], i)
+            })
+        };
+        let (u, w) = (lines(&packed.receiver_basis, receivers), lines(&packed.signal_basis, columns));
+        let scale = |k: usize, c: usize| {
+            packed.row_scales[k] * (-f32::from(packed.column_exponents[c]) / STEPS_PER_OCTAVE).exp2()
+        };
+        let w = Mat::from_fn(w.nrows(), columns, |k, c| w[(k, c)] * scale(k, c));
+        u.transpose() * w
+    }
+
+    const RECEIVERS: usize = 150;
+    const COLUMNS: usize = 90;
+    const COMPONENTS: usize = 24;
+
+    /// A matrix A = U·W whose components become weaker by a constant factor, and the signals' mean squares.
+    struct Sample {
+        u: Mat<f32>,
+        w: Mat<f32>,
+        moments: Vec<f32>,
+        energies: Vec<f64>,
+        tails: Vec<f64>,
+    }
+
+    impl Sample {
+        fn new(falloff: f32) -> Self {
+            // Cosines, which are orthonormal.
+            let cosine = |r: usize, k: usize| {
+                let angle = PI * (r as f32 + 0.5) * (k + 1) as f32 / RECEIVERS as f32;
+                (2.0 / RECEIVERS as f32).sqrt() * angle.cos()
+            };
+            let mut rng = Rng::new(2, 3);
+            let moments: Vec<f32> = (0..COLUMNS).map(|_| 0.1 + 4.0 * rng.next_f32()).collect();
+            // Some columns are far weaker than others.
+            let reach: Vec<f32> = (0..COLUMNS).map(|_| (-6.0 * rng.next_f32()).exp2()).collect();
+            let w = Mat::from_fn(COMPONENTS, COLUMNS, |k, c| {
+                falloff.powi(k as i32) * reach[c] * (rng.next_f32() - 0.5)
+            });
+            let energies: Vec<f64> = (0..COMPONENTS)
+                .map(|k| (0..COLUMNS).map(|c| f64::from(w[(k, c)]).powi(2) * f64::from(moments[c])).sum())
+                .collect();
+            let tails = (0..=COMPONENTS).map(|k| energies[k..].iter().sum()).collect();
+            Self { u: Mat::from_fn(RECEIVERS, COMPONENTS, cosine), w, moments, energies, tails }
+        }
+
+        fn quantize(&self, is_packed: bool, target: f64) -> PackedFactors {
+            let factors = Factors {
+                u: &self.u,
+                w: &self.w,
+                energies: &self.energies,
+                tails: &self.tails,
+                total: self.tails[0],
+            };
+            quantize(&factors, &self.moments, is_packed, target)
+        }
+
+        /// Relative error of packed factors in the metric, compared value by value.
+        fn error_of(&self, packed: &PackedFactors) -> f64 {
+            let difference = &self.u * &self.w - unpacked(packed, RECEIVERS, COLUMNS);
+            let energy = |c: usize| {
+                let squared = difference.col(c).iter().map(|v| f64::from(*v).powi(2)).sum::<f64>();
+                squared * f64::from(self.moments[c])
+            };
+            ((0..COLUMNS).map(energy).sum::<f64>() / self.tails[0]).sqrt()
+        }
+    }
+
+    /// Whether a reported error bounds the real one and is near it. Rounding is predicted by the variance of
+    /// uniform errors; values far below a step err by less.
+    fn is_plausible(real: f64, reported: f64) -> bool {
+        (0.85..=1.02).contains(&(real / reported))
+    }
+
+    #[test]
+    fn the_target_is_met_where_it_can_be_and_the_reported_error_is_real() {
+        for (falloff, target) in [(0.5, 0.02), (0.7, 0.05), (0.8, 0.1), (0.9, 0.3)] {
+            let sample = Sample::new(falloff);
+            for is_packed in [false, true] {
+                let packed = sample.quantize(is_packed, target);
+                let (reported, real) = (f64::from(packed.error), sample.error_of(&packed));
+                assert!(reported <= target * 1.001, "{falloff} {is_packed}: {reported} for {target}");
+                assert!(is_plausible(real, reported), "{falloff} {is_packed}: {real}, not {reported}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_least_error_is_taken_where_the_target_is_out_of_reach() {
+        let sample = Sample::new(0.8);
+        let packed = sample.quantize(true, 1e-4);
+        let (reported, real) = (f64::from(packed.error), sample.error_of(&packed));
+        assert!(real > 1e-3 && is_plausible(real, reported), "{real}, not {reported}");
+        assert_eq!(packed.ranks.snorm4, 0, "four bits never err less than eight");
+        // Negative control: the comparison sees a value that is off by half its range.
+        let mut wrong = packed;
+        wrong.signal_basis[0] ^= 0x40;
+        assert!(!is_plausible(sample.error_of(&wrong), reported));
+    }
+
+    #[test]
+    fn wider_targets_take_fewer_bits() {
+        let sample = Sample::new(0.8);
+        let words = |target| {
+            let packed = sample.quantize(true, target);
+            packed.receiver_basis.len() + packed.signal_basis.len()
+        };
+        let sizes = [0.02, 0.05, 0.1, 0.3, 1.0].map(words);
+        assert!(sizes.is_sorted_by(|a, b| a > b) && sizes[4] == 0, "{sizes:?}");
+        assert!(sample.quantize(true, 0.1).ranks.snorm4 > 0);
     }
 }

@@ -86,7 +86,12 @@ impl SurfelTree {
                 let Some(hit) = hit else { return NONE };
                 let (probe, direction) = (probes[i / directions.len()], directions[i % directions.len()]);
                 let first_sample = tree.light_samples.len() as u32;
-                tree.light_samples.push(light_sample_at(tracer, atlas, hit, probe + direction * hit.distance));
+                tree.light_samples.push(light_sample_at(
+                    tracer,
+                    atlas,
+                    hit,
+                    probe + direction * hit.distance,
+                ));
                 tree.surfels.push(Surfel { first_sample, sample_count: 1 });
                 first_sample
             })
@@ -313,3 +318,94 @@ fn sample_with_texels(
     }
 }
 
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::small_scene::SmallScene;
+
+    /// Texels of the receivers of each surfel.
+    fn receivers_by_surfel(scene: &SmallScene) -> Vec<Vec<usize>> {
+        let tree = &scene.light.surfels;
+        let mut members = vec![Vec::new(); tree.surfels.len()];
+        for (r, receiver) in scene.receivers.receivers.iter().enumerate() {
+            let surfel = tree.surfel_of_texel[receiver.texel as usize];
+            members[surfel as usize].push(r);
+        }
+        members
+    }
+
+    #[test]
+    fn surfels_divide_the_receivers_and_are_small_and_of_one_chart() {
+        let scene = SmallScene::load("cornell.glb");
+        let tree = &scene.light.surfels;
+        let size = scene.resolved.settings.surfel_size;
+        let members = receivers_by_surfel(&scene);
+        for (surfel, members) in members.iter().enumerate() {
+            let points = members.iter().map(|r| scene.receivers.points.of(*r as u32).len());
+            assert_eq!(tree.sizes[surfel] as usize, points.sum::<usize>());
+            let receiver = |r: &usize| &scene.receivers.receivers[*r];
+            let charts: BTreeSet<u32> = members.iter().map(|r| receiver(r).chart).collect();
+            assert_eq!(charts.len(), 1, "surfel {surfel}");
+            let (first, last) = (receiver(&members[0]), members.iter().map(receiver));
+            for other in last {
+                let extent = (other.position - first.position).abs().max_element();
+                assert!(extent <= size && other.normal.dot(first.normal) > 0.0, "surfel {surfel}");
+            }
+        }
+        let total: usize = members.iter().map(Vec::len).sum();
+        assert_eq!(total, scene.receivers.receivers.len());
+        assert!(members.len() * 2 < total, "{} surfels of {total} receivers", members.len());
+    }
+
+    #[test]
+    fn groups_weigh_their_parts_by_area_and_keep_to_their_side_and_air_space() {
+        let scene = SmallScene::load("rooms.glb");
+        let tree = &scene.light.surfels;
+        assert_eq!(tree.sizes.len(), tree.patches());
+        for (g, group) in tree.groups.iter().enumerate() {
+            let [first, second] = group.children.map(|child| tree.sizes[child as usize]);
+            let number = tree.surfels.len() + g;
+            assert_eq!(first + second, tree.sizes[number]);
+            let share = first as f32 / (first + second) as f32;
+            assert!((group.first_weight - share).abs() < 1e-6);
+            assert!(group.children.iter().all(|child| (*child as usize) < number));
+            assert!(group.children.iter().all(|child| tree.parents[*child as usize] as usize == number));
+            let [a, b] = group.children.map(|child| tree.surfels_in(child));
+            assert_eq!(a + b, tree.surfels_in(number as u32));
+        }
+        let sides = by_air_space(&scene.receivers.receivers)
+            .into_iter()
+            .flat_map(|group| by_side(&scene.receivers.receivers, group));
+        let roots = tree.parents.iter().filter(|parent| **parent == NONE).count();
+        assert_eq!(roots, sides.count());
+    }
+
+    #[test]
+    fn light_samples_lie_on_texels_of_their_surfel() {
+        let scene = SmallScene::load("cornell.glb");
+        let tree = &scene.light.surfels;
+        let most = scene.resolved.settings.samples_per_surfel;
+        for (s, surfel) in tree.surfels.iter().enumerate() {
+            assert_eq!(surfel.sample_count, most.min(tree.sizes[s]));
+            let samples = &tree.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize];
+            let surfel_of = |sample: &LightSample| tree.surfel_of_texel[sample.texel as usize];
+            assert!(samples.iter().all(|sample| surfel_of(sample) == s as u32));
+        }
+        let used: u32 = tree.surfels.iter().map(|surfel| surfel.sample_count).sum();
+        assert_eq!(used as usize, tree.light_samples.len());
+    }
+
+    #[test]
+    fn every_gather_ray_inside_a_closed_room_ends_on_a_surfel() {
+        let scene = SmallScene::load("furnace.glb");
+        for receiver in (0..scene.receivers.receivers.len() as u32).step_by(20) {
+            for ray in scene.gather(receiver, 32) {
+                let hit = ray.hit.expect("the room is closed");
+                let surfel = scene.light.surfels.surfel_of_hit(&scene.atlas, &hit);
+                assert!((surfel as usize) < scene.light.surfels.surfels.len());
+            }
+        }
+    }
+}

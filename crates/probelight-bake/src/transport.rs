@@ -143,18 +143,16 @@ impl TransportBuilder<'_> {
         transport: &mut Transport,
     ) {
         let weight = PI / rays.len() as f32;
-        let mut far = Vec::new();
-        if let Some(scalars) = &self.scalars {
-            self.add_scalar_signals(scalars, place, rays, surfels, half, &mut far, transport);
-        } else {
-            far.extend(rays.iter().map(|ray| (ray.end(self.tracer), weight)));
-        }
+        let far = match &self.scalars {
+            Some(scalars) => self.add_scalar_signals(scalars, place, rays, surfels, half, transport),
+            None => rays.iter().map(|ray| (ray.end(self.tracer), weight)).collect(),
+        };
         self.add_probes(place.receiver, &far, half, transport);
         let scalars = self.scalars.as_ref().map_or(0, |s| s.first_sky_column() + s.sky.len());
         transport.columns = scalars + self.probes.len() * self.basis.len();
     }
 
-    /// The part of a row that does not come from probes; what is left for these goes to `far`.
+    /// Adds the part of a row that does not come from probes; returns what is left for these.
     fn add_scalar_signals(
         &self,
         scalars: &ScalarSignals<'_>,
@@ -162,10 +160,10 @@ impl TransportBuilder<'_> {
         rays: &[GatherRay],
         surfels: &[u32],
         half: usize,
-        far: &mut Vec<(GatherHit, f32)>,
         transport: &mut Transport,
-    ) {
+    ) -> Vec<(GatherHit, f32)> {
         let weight = PI / rays.len() as f32;
+        let mut far = Vec::new();
         let mut row = vec![0.0; scalars.first_sky_column()];
         let mut sky = RowAccumulator::new(scalars.sky, 1);
         for (ray, surfel) in rays.iter().zip(surfels) {
@@ -188,6 +186,7 @@ impl TransportBuilder<'_> {
         scalars.emitters.add_form_factors(self.tracer, place, sampling, half, rays, emitters);
         transport.halves[half].append(&mut row);
         sky.finish(&mut transport.halves[half]);
+        far
     }
 
     /// The part of a row that comes from probes, for rays' ends and weights.
@@ -367,6 +366,8 @@ impl<'a> RowAccumulator<'a> {
 
 #[cfg(test)]
 mod tests {
+    use probelight_scene::Scene;
+
     use super::*;
 
     #[test]
@@ -376,5 +377,52 @@ mod tests {
         assert_eq!(support_kernel(2.0, 2.0), 0.0);
         assert_eq!(support_kernel(9.0, 2.0), 0.0);
         assert!(support_kernel(1.99, 2.0) < 1e-3);
+    }
+
+    fn share_at(near_radius: Option<f32>, distance: f32) -> f32 {
+        let scene = Scene::default();
+        let emitters = Emitters::default();
+        let signals = ScalarSignals {
+            patches: &PatchChoice::default(),
+            emitters: &emitters,
+            sampling: emitters.sampling(&scene.bounds()),
+            sky: &Basis::new(0),
+            first_emitter_signal: 0,
+            near_radius,
+        };
+        signals.near_share(distance)
+    }
+
+    #[test]
+    fn patches_hand_over_to_probes_smoothly() {
+        let share = |distance: f32| share_at(Some(2.0), distance);
+        assert_eq!([0.0, 2.0 * HANDOVER_START].map(share), [1.0; 2]);
+        assert_eq!([2.0 * HANDOVER_END, 1e9].map(share), [0.0; 2]);
+        assert!((share(2.0) - 0.5).abs() < 1e-6, "half at the radius itself");
+        let steps: Vec<f32> = (0..=400).map(|i| share(0.01 * i as f32)).collect();
+        assert!(steps.is_sorted_by(|a, b| a >= b));
+        let steepest = steps.windows(2).map(|pair| pair[0] - pair[1]).fold(0.0, f32::max);
+        // A cubic's steepest slope is 3/2 of the mean one.
+        assert!(steepest <= 1.51 * 0.01 / (2.0 * (HANDOVER_END - HANDOVER_START)), "{steepest}");
+        assert_eq!(share_at(None, 1e9), 1.0, "without a radius, patches serve all distances");
+    }
+
+    #[test]
+    fn unused_signals_leave_both_halves_and_probes_stay() {
+        // Columns: three scalar signals, of which the second is used in one half only, and two of probes.
+        let mut transport = Transport {
+            halves: [vec![0.0, 0.0, 3.0, 0.0, 5.0, 0.0, 0.0, 8.0, 0.0, 0.0], {
+                let mut half = vec![0.0; 10];
+                half[1] = 2.0;
+                half
+            }],
+            columns: 5,
+            signals: vec![10, 20, 30],
+            ..Transport::default()
+        };
+        transport.drop_unused_signals();
+        assert_eq!((transport.columns, &transport.signals[..]), (4, &[20, 30][..]));
+        assert_eq!(transport.halves[0], [0.0, 3.0, 0.0, 5.0, 0.0, 8.0, 0.0, 0.0]);
+        assert_eq!(transport.halves[1], [2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     }
 }

@@ -1,74 +1,19 @@
 //! Bakes of the bundled scenes: closed forms and structural promises.
 
-use std::collections::HashSet;
-use std::path::PathBuf;
-use std::sync::Arc;
+mod support;
 
-use probelight_asset::BakedScene;
-use probelight_bake::{BakeError, BakeOptions, bake};
+use std::collections::HashSet;
+
+use probelight_asset::{BakedScene, Method, NONE};
+use probelight_bake::{BakeError, BakeOptions, Quality, bake};
 use probelight_math::glam::Vec2;
-use probelight_math::sh::Y00;
-use probelight_scene::{Scene, load_gltf};
 use probelight_trace::{Progress, Silent};
 
-fn load(name: &str) -> Arc<Scene> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../assets/scenes").join(name);
-    Arc::new(load_gltf(&path).unwrap())
-}
-
-fn quick() -> BakeOptions {
-    BakeOptions {
-        receivers: Some(1500),
-        gather_rays: Some(64),
-        relight_rays: Some(64),
-        sh_degree: Some(4),
-        ..BakeOptions::default()
-    }
-}
-
-fn quick_bake(name: &str) -> BakedScene {
-    bake(load(name), &quick(), None, &Silent).unwrap()
-}
-
-/// Irradiance of every receiver when every probe coefficient (0, 0) is `constant` and the others are zero.
-fn irradiance_under_constant_radiance(baked: &BakedScene, radiance: f32) -> Vec<f32> {
-    let lambda = radiance / Y00;
-    let mut irradiance = Vec::new();
-    for cluster in &baked.clusters {
-        let (columns, height) = (baked.column_count(cluster), cluster.receiver_count as usize);
-        let coefficients: Vec<f32> = (0..cluster.rank as usize)
-            .map(|k| {
-                let row =
-                    &baked.signal_basis[cluster.signal_basis_offset as usize + k * columns..][..columns];
-                let constant: f32 = row[..cluster.probe_count as usize].iter().map(|v| v.to_f32()).sum();
-                constant * lambda * baked.row_scales[cluster.row_scale_offset as usize + k]
-            })
-            .collect();
-        let basis = &baked.receiver_basis[cluster.receiver_basis_offset as usize..];
-        irradiance.extend((0..height).map(|r| {
-            coefficients.iter().enumerate().map(|(k, b)| basis[k * height + r].to_f32() * b).sum::<f32>()
-        }));
-    }
-    irradiance
-}
-
-#[test]
-fn closed_rooms_turn_constant_radiance_into_pi_times_it() {
-    for name in ["furnace.glb", "cornell_empty.glb"] {
-        let baked = quick_bake(name);
-        let irradiance = irradiance_under_constant_radiance(&baked, 2.0);
-        let expected = 2.0 * std::f32::consts::PI;
-        let mean = irradiance.iter().sum::<f32>() / irradiance.len() as f32;
-        assert!((mean / expected - 1.0).abs() < 2e-3, "{name}: {mean} instead of {expected}");
-        let worst = irradiance.iter().map(|e| (e / expected - 1.0).abs()).fold(0.0, f32::max);
-        assert!(worst < 0.03, "{name}: one receiver is off by {worst}");
-        assert_eq!(baked.report.uncovered_fraction, 0.0);
-    }
-}
+use support::{METHODS, load, quick, quick_bake};
 
 #[test]
 fn every_texel_has_one_receiver_and_charts_never_overlap() {
-    let baked = quick_bake("cornell.glb");
+    let baked = quick_bake("cornell.glb", Method::Hybrid);
     let texels: HashSet<u32> = baked.receiver_texels.iter().copied().collect();
     assert_eq!(texels.len(), baked.receiver_texels.len());
     for [texel, source] in &baked.lightmap.dilation {
@@ -100,50 +45,102 @@ fn shares_edge(baked: &BakedScene, a: usize, b: usize) -> bool {
 
 #[test]
 fn floor_texels_under_the_blocks_are_invalid() {
-    let baked = quick_bake("cornell.glb");
+    let baked = quick_bake("cornell.glb", Method::Hybrid);
     let share = baked.report.invalid_texels as f64 / baked.report.chart_texels as f64;
     // The blocks stand on 2 × 1.65² m² of about 190 m².
     assert!((0.005..0.06).contains(&share), "{share}");
-    let empty = quick_bake("cornell_empty.glb").report;
+    let empty = quick_bake("cornell_empty.glb", Method::Hybrid).report;
     assert!((empty.invalid_texels as f64) < 0.002 * empty.chart_texels as f64);
 }
 
 #[test]
 fn the_result_does_not_depend_on_the_number_of_threads_or_an_interruption() {
-    let with_threads = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| bake(load("rooms.glb"), &quick(), None, &Silent).unwrap())
-    };
-    let one = with_threads(1);
-    assert_same(&one, &with_threads(3));
+    for method in METHODS {
+        let with_threads = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| quick_bake("cornell.glb", method))
+        };
+        let one = with_threads(1);
+        assert_same(&one, &with_threads(3));
 
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("rooms.partial");
-    let interrupted = bake(load("rooms.glb"), &quick(), Some(&path), &StopInGather::default());
-    assert!(matches!(interrupted, Err(BakeError::Cancelled)));
-    assert!(path.exists());
-    let resumed = bake(load("rooms.glb"), &quick(), Some(&path), &Silent).unwrap();
-    assert_same(&one, &resumed);
-    assert!(!path.exists());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("cornell.partial");
+        let interrupted = bake(load("cornell.glb"), &quick(method), Some(&path), &StopInGather::default());
+        assert!(matches!(interrupted, Err(BakeError::Cancelled)));
+        assert!(path.exists());
+        let resumed = bake(load("cornell.glb"), &quick(method), Some(&path), &Silent).unwrap();
+        assert_same(&one, &resumed);
+        assert!(!path.exists());
+    }
 }
 
 #[test]
 fn another_seed_gives_another_result() {
     // Negative control of the comparison above.
-    let other = BakeOptions { seed: Some(1), ..quick() };
-    let a = quick_bake("cornell_empty.glb");
-    let b = bake(load("cornell_empty.glb"), &other, None, &Silent).unwrap();
-    assert!(a.signal_basis != b.signal_basis);
+    for method in METHODS {
+        let other = BakeOptions { seed: Some(1), ..quick(method) };
+        let a = quick_bake("cornell_empty.glb", method);
+        let b = bake(load("cornell_empty.glb"), &other, None, &Silent).unwrap();
+        assert!(a.signal_basis != b.signal_basis);
+    }
 }
 
 fn assert_same(a: &BakedScene, b: &BakedScene) {
+    assert_eq!(a.settings, b.settings);
     assert_eq!(a.receiver_texels, b.receiver_texels);
     assert_eq!(a.probes, b.probes);
-    assert_eq!(a.relight_points, b.relight_points);
+    assert!(a.light_samples == b.light_samples && a.surfels == b.surfels);
+    assert!(a.surfel_groups == b.surfel_groups && a.emitters == b.emitters);
+    assert!(a.relight_surfels == b.relight_surfels);
     assert_eq!(a.clusters, b.clusters);
+    assert!(a.cluster_signals == b.cluster_signals && a.cluster_probes == b.cluster_probes);
     assert!(a.receiver_basis == b.receiver_basis && a.signal_basis == b.signal_basis);
-    assert_eq!(a.row_scales, b.row_scales);
+    assert!(a.row_scales == b.row_scales && a.column_exponents == b.column_exponents);
     assert_eq!(a.report, b.report);
+}
+
+#[test]
+fn each_method_has_its_own_signals_and_the_rest_follows() {
+    let paper = quick_bake("cornell.glb", Method::Paper);
+    assert!(paper.surfel_groups.is_empty() && paper.emitters.is_empty() && paper.cluster_signals.is_empty());
+    assert!(!paper.probes.is_empty() && paper.clusters.iter().all(|c| c.ranks.f16 == c.ranks.total()));
+    let rays_to_surfaces = paper.relight_surfels.iter().filter(|s| **s != NONE).count();
+    assert_eq!(paper.surfels.len(), rays_to_surfaces, "every relight ray evaluates light of its own");
+
+    let hybrid = quick_bake("cornell.glb", Method::Hybrid);
+    assert_eq!(hybrid.emitters.len(), 1, "the ceiling lamp");
+    assert!(hybrid.probes.is_empty() && hybrid.clusters.iter().all(|c| c.probe_count == 0));
+    assert!(hybrid.clusters.iter().all(|c| c.ranks.f16 == 0 && c.ranks.total() > 0));
+    assert!(hybrid.surfels.len() < hybrid.receiver_texels.len());
+
+    let near = BakeOptions { near_radius: Some(1.0), ..quick(Method::Hybrid) };
+    let near = bake(load("cornell.glb"), &near, None, &Silent).unwrap();
+    assert!(!near.probes.is_empty() && near.clusters.iter().any(|c| c.probe_count > 0 && c.signal_count > 0));
+}
+
+#[test]
+fn options_win_over_the_quality_and_the_quality_over_the_defaults() {
+    let settings =
+        |options: &BakeOptions| bake(load("furnace.glb"), options, None, &Silent).unwrap().settings;
+    let preset = Quality::Production.preset();
+    let produced = BakeOptions {
+        quality: Some(Quality::Production),
+        gather_rays: Some(16),
+        receivers: Some(200),
+        ..BakeOptions::default()
+    };
+    let produced = settings(&produced);
+    assert_eq!((produced.gather_rays, produced.max_rank), (16, preset.max_rank));
+    assert_eq!(produced.max_cluster_error, preset.max_cluster_error);
+    let preview = BakeOptions {
+        quality: Some(Quality::Preview),
+        receivers: Some(200),
+        max_cluster_error: Some(0.5),
+        ..BakeOptions::default()
+    };
+    let preview = settings(&preview);
+    assert_eq!(preview.gather_rays, Quality::Preview.preset().gather_rays);
+    assert_eq!(preview.max_cluster_error, 0.5);
 }
 
 /// Cancels once some receivers are gathered.
@@ -172,11 +169,15 @@ impl Progress for StopInGather {
 #[test]
 fn options_out_of_range_are_refused_by_name() {
     for options in [
-        BakeOptions { receivers: Some(0), ..quick() },
-        BakeOptions { sh_degree: Some(12), ..quick() },
-        BakeOptions { texels_per_meter: Some(f32::NAN), ..quick() },
-        BakeOptions { probe_density: Some(-1.0), ..quick() },
-        BakeOptions { gather_rays: Some(0), ..quick() },
+        BakeOptions { receivers: Some(0), ..quick(Method::Hybrid) },
+        BakeOptions { sh_degree: Some(12), ..quick(Method::Hybrid) },
+        BakeOptions { texels_per_meter: Some(f32::NAN), ..quick(Method::Hybrid) },
+        BakeOptions { probe_density: Some(-1.0), ..quick(Method::Hybrid) },
+        BakeOptions { gather_rays: Some(0), ..quick(Method::Hybrid) },
+        BakeOptions { surfel_size: Some(0.0), ..quick(Method::Hybrid) },
+        BakeOptions { samples_per_surfel: Some(0), ..quick(Method::Hybrid) },
+        BakeOptions { near_radius: Some(f32::INFINITY), ..quick(Method::Hybrid) },
+        BakeOptions { max_cluster_error: Some(0.0), ..quick(Method::Hybrid) },
     ] {
         let error = bake(load("furnace.glb"), &options, None, &Silent).unwrap_err();
         assert!(matches!(error, BakeError::Option { .. }), "{error}");

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use probelight_asset::BakedScene;
@@ -11,7 +11,7 @@ use probelight_eval::{EvalError, ImageView, ssim};
 use probelight_render::comparison::difference;
 use probelight_render::contact_sheet::ContactSheetRow;
 use probelight_render::{ContactSheet, Exposure, Image, RenderOptions, RenderOutput, ToneMap, View, render};
-use probelight_runtime::Runtime;
+use probelight_runtime::{FrameTimings, Runtime};
 use probelight_scene::{Camera, Setup};
 use probelight_trace::{PathTracer, Tracer};
 use serde::Serialize;
@@ -60,6 +60,8 @@ struct Report {
     contact_sheet: PathBuf,
     baked_file: PathBuf,
     seconds: Seconds,
+    /// One frame under light that stays as it is, by stage: the mean over the light positions.
+    frame_milliseconds: FrameMilliseconds,
     light_positions: Vec<Similarity>,
 }
 
@@ -71,6 +73,30 @@ struct Seconds {
     render: f64,
     reference: f64,
     total: f64,
+}
+
+/// Time of a frame's stages.
+#[derive(Default, Serialize)]
+struct FrameMilliseconds {
+    light_surfels: f64,
+    relight_probes: f64,
+    project_clusters: f64,
+    gather_receivers: f64,
+    dilate_lightmap: f64,
+    total: f64,
+}
+
+impl FrameMilliseconds {
+    /// Adds a share of a frame's times.
+    fn add(&mut self, timings: &FrameTimings, share: f64) {
+        let milliseconds = |time: Duration| time.as_secs_f64() * 1e3 * share;
+        self.light_surfels += milliseconds(timings.light_surfels);
+        self.relight_probes += milliseconds(timings.relight_probes);
+        self.project_clusters += milliseconds(timings.project_clusters);
+        self.gather_receivers += milliseconds(timings.gather_receivers);
+        self.dilate_lightmap += milliseconds(timings.dilate_lightmap);
+        self.total += milliseconds(timings.total());
+    }
 }
 
 #[derive(Serialize)]
@@ -126,11 +152,14 @@ fn light_and_compare(
     let camera = scene.camera();
     let mut runtime = Runtime::new(baked)?;
     let mut rows = Vec::new();
-    for position in scene.light_path() {
+    let path = scene.light_path();
+    let share = 1.0 / path.len() as f64;
+    for position in path {
         interrupt::check()?;
         console.note(format!("{} ...", position.name));
         let setup = Setup { lighting: position.lighting.clone(), ..Setup::default() };
         let bounces = timed(&mut report.seconds.light, || input::light(&mut runtime, &setup, console));
+        report.frame_milliseconds.add(&runtime.step(), share);
         let [without, with] = timed(&mut report.seconds.render, || pictures(&runtime, &camera, console))?;
         let path_tracer = PathTracer::new(Arc::clone(tracer), position.lighting.clone());
         let samples = scene.reference_samples();
@@ -206,6 +235,17 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
         "indirect light       {:>7.1} s, {bounces} bounces for {positions} light positions",
         seconds.light
     )?;
+    let frame = &report.frame_milliseconds;
+    writeln!(text, "one bounce of these  {:>7.2} ms, of which", frame.total)?;
+    for (stage, milliseconds) in [
+        ("light_surfels", frame.light_surfels),
+        ("relight_probes", frame.relight_probes),
+        ("project_clusters", frame.project_clusters),
+        ("gather_receivers", frame.gather_receivers),
+        ("dilate_lightmap", frame.dilate_lightmap),
+    ] {
+        writeln!(text, "  {stage:<19}{milliseconds:>7.2} ms")?;
+    }
     writeln!(text, "pictures             {:>7.1} s", seconds.render)?;
     writeln!(text, "path-traced pictures {:>7.1} s", seconds.reference)?;
     writeln!(text, "everything           {:>7.1} s", seconds.total)?;

@@ -1,0 +1,200 @@
+//! The flags of `bake` that decide what is baked, and how finely.
+
+use clap::{Args, ValueEnum};
+use probelight_asset::{Method, Metric, Storage};
+use probelight_bake::{BakeOptions, Quality};
+
+/// What is baked, and how finely.
+#[derive(Args)]
+#[command(next_help_heading = "Settings")]
+pub(crate) struct SettingFlags {
+    /// How much time and space the bake may take; flags given besides win over what this sets
+    #[arg(long, value_enum, default_value_t)]
+    quality: QualityFlag,
+    /// Wanted relative error of the compressed light transport against the uncompressed, as a share: 0.03 is
+    /// 3 %. Smaller means a larger file. `info` shows what was reached [default: by --quality]
+    #[arg(long, value_name = "X")]
+    error: Option<f32>,
+    /// Wanted number of receivers: lightmap texels with light of their own
+    /// [default: from the scene's scale, with an upper limit by --quality]
+    #[arg(long, value_name = "N", conflicts_with = "texel_density")]
+    receivers: Option<u32>,
+    /// Lightmap texels per metre, instead of --receivers
+    #[arg(long, value_name = "T")]
+    texel_density: Option<f32>,
+    /// Gather rays per receiver: less noise in the light, longer bake [default: by --quality]
+    #[arg(long, value_name = "N")]
+    rays: Option<u32>,
+    /// Most singular values kept per cluster: larger file, less error [default: by --quality]
+    #[arg(long, value_name = "K")]
+    max_rank: Option<u32>,
+    /// What the receivers take their light from
+    #[arg(long, value_enum, default_value_t)]
+    method: MethodFlag,
+    /// What the compression keeps first [default: radiance; band with --method paper]
+    #[arg(long, value_enum)]
+    metric: Option<MetricFlag>,
+    /// How matrices are stored [default: packed; f16 with --method paper]
+    #[arg(long, value_enum)]
+    storage: Option<StorageFlag>,
+    /// Width of the surfels, metres: smaller ones keep small bright places sharp, at more bytes and time each
+    /// frame [default: from the scene's scale, at least 2.5 texels]
+    #[arg(long, value_name = "M")]
+    surfel_size: Option<f32>,
+    /// Points of each surfel at which light is evaluated, at most: more show finer shadow edges, at each
+    /// frame's cost when lights move [default: 8]
+    #[arg(long, value_name = "N")]
+    samples_per_surfel: Option<u32>,
+    /// Distance beyond which light is taken from probes instead of surfels, metres; handed over smoothly
+    /// [default: none, surfels at any distance]
+    #[arg(long, value_name = "M")]
+    near_radius: Option<f32>,
+    /// Probes per cubic metre of open space [default: adapted to the scene, at least 0.02]
+    #[arg(long, value_name = "D")]
+    probe_density: Option<f32>,
+    /// Relight rays per probe: finer light at each frame's cost [default: 512]
+    #[arg(long, value_name = "N")]
+    relight_rays: Option<u32>,
+    /// Highest spherical-harmonics band of the probes, 0 to 11 [default: 7]
+    #[arg(long, value_name = "L")]
+    sh_degree: Option<u32>,
+    /// Most probes a cluster draws on; up to twice as many where rays end unseen by them [default: 10]
+    #[arg(long, value_name = "P")]
+    probes_per_cluster: Option<u32>,
+    /// Most receivers of a cluster [default: 256]
+    #[arg(long, value_name = "R")]
+    receivers_per_cluster: Option<u32>,
+    /// Lay the lightmap out by the scene's second texture coordinates where they are valid
+    #[arg(long)]
+    use_uv1: bool,
+    /// Seed of all random numbers [default: 0]
+    #[arg(long, value_name = "S")]
+    seed: Option<u64>,
+}
+
+impl From<SettingFlags> for BakeOptions {
+    fn from(flags: SettingFlags) -> Self {
+        Self {
+            quality: Some(flags.quality.into()),
+            method: Some(flags.method.into()),
+            metric: flags.metric.map(Metric::from),
+            storage: flags.storage.map(Storage::from),
+            receivers: flags.receivers,
+            texels_per_meter: flags.texel_density,
+            probe_density: flags.probe_density,
+            surfel_size: flags.surfel_size,
+            samples_per_surfel: flags.samples_per_surfel,
+            near_radius: flags.near_radius,
+            gather_rays: flags.rays,
+            relight_rays: flags.relight_rays,
+            sh_degree: flags.sh_degree,
+            max_rank: flags.max_rank,
+            max_cluster_error: flags.error,
+            probes_per_cluster: flags.probes_per_cluster,
+            receivers_per_cluster: flags.receivers_per_cluster,
+            use_uv1: flags.use_uv1,
+            seed: flags.seed,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum QualityFlag {
+    /// At most 50 000 receivers, 64 rays each, error 0.08: to look at a scene while it is being made
+    Preview,
+    /// At most 200 000 receivers, 512 rays each, error 0.03, rank 32
+    #[default]
+    Medium,
+    /// At most 400 000 receivers, 1024 rays each, error 0.02: to keep
+    High,
+    /// At most 800 000 receivers, 2048 rays each, error 0.01, rank 64: for the last bake of all
+    Production,
+}
+
+impl From<QualityFlag> for Quality {
+    fn from(flag: QualityFlag) -> Self {
+        match flag {
+            QualityFlag::Preview => Self::Preview,
+            QualityFlag::Medium => Self::Medium,
+            QualityFlag::High => Self::High,
+            QualityFlag::Production => Self::Production,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum MethodFlag {
+    /// Probes alone, as published: blurs light that changes fast and near
+    Paper,
+    /// Surfels, emitters and the sky as signals of their own, with probes for what is far away
+    #[default]
+    Hybrid,
+}
+
+impl From<MethodFlag> for Method {
+    fn from(flag: MethodFlag) -> Self {
+        match flag {
+            MethodFlag::Paper => Self::Paper,
+            MethodFlag::Hybrid => Self::Hybrid,
+        }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MetricFlag {
+    /// All signals alike: nothing is assumed of the light, and the file is largest
+    Plain,
+    /// High bands of the probes count less
+    Band,
+    /// What random but plausible lamps, suns, skies and emitters bring; other light keeps a share
+    Radiance,
+}
+
+impl From<MetricFlag> for Metric {
+    fn from(flag: MetricFlag) -> Self {
+        match flag {
+            MetricFlag::Plain => Self::Plain,
+            MetricFlag::Band => Self::Band,
+            MetricFlag::Radiance => Self::Radiance,
+        }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum StorageFlag {
+    /// Half floats
+    F16,
+    /// Eight bits, and four where they do
+    Packed,
+}
+
+impl From<StorageFlag> for Storage {
+    fn from(flag: StorageFlag) -> Self {
+        match flag {
+            StorageFlag::F16 => Self::F16,
+            StorageFlag::Packed => Self::Packed,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Digits in groups of three, as the help has them from 10 000 on.
+    fn grouped(number: u32) -> String {
+        if number < 10_000 { number.to_string() } else { format!("{} 000", number / 1000) }
+    }
+
+    #[test]
+    fn the_help_of_each_quality_says_what_it_sets() {
+        for flag in QualityFlag::value_variants() {
+            let preset = Quality::from(*flag).preset();
+            let help = flag.to_possible_value().unwrap().get_help().unwrap().to_string();
+            let receivers = format!("At most {} receivers,", grouped(preset.max_receivers));
+            let rays = format!(" {} rays each,", preset.gather_rays);
+            let error = format!(" error {}", preset.max_cluster_error);
+            assert!([receivers, rays, error].iter().all(|part| help.contains(part)), "{help}: {preset:?}");
+        }
+    }
+}
