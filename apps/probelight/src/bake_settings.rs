@@ -22,7 +22,8 @@ pub(crate) struct SettingFlags {
     /// Lightmap texels per metre, instead of --receivers
     #[arg(long, value_name = "T")]
     texel_density: Option<f32>,
-    /// Gather rays per receiver: less noise in the light, longer bake [default: by --quality]
+    /// Gather rays per receiver: less noise in the light, longer bake [default: by --quality, with
+    /// --method paper twice that]
     #[arg(long, value_name = "N")]
     rays: Option<u32>,
     /// Most singular values kept per cluster: larger file, less error [default: by --quality]
@@ -42,11 +43,11 @@ pub(crate) struct SettingFlags {
     #[arg(long, value_name = "M")]
     surfel_size: Option<f32>,
     /// Points of each surfel at which light is evaluated, at most: more show finer shadow edges, at each
-    /// frame's cost when lights move [default: 8]
+    /// frame's cost when lights move [default: 16]
     #[arg(long, value_name = "N")]
     samples_per_surfel: Option<u32>,
     /// Distance beyond which light is taken from probes instead of surfels, metres; handed over smoothly
-    /// [default: none, surfels at any distance]
+    /// [default: 6 surfel widths]
     #[arg(long, value_name = "M")]
     near_radius: Option<f32>,
     /// Probes per cubic metre of open space [default: adapted to the scene, at least 0.02]
@@ -55,13 +56,13 @@ pub(crate) struct SettingFlags {
     /// Relight rays per probe: finer light at each frame's cost [default: 512]
     #[arg(long, value_name = "N")]
     relight_rays: Option<u32>,
-    /// Highest spherical-harmonics band of the probes, 0 to 11 [default: 7]
+    /// Highest spherical-harmonics band of the probes, 0 to 11 [default: 5; 7 with --method paper]
     #[arg(long, value_name = "L")]
     sh_degree: Option<u32>,
     /// Most probes a cluster draws on; up to twice as many where rays end unseen by them [default: 10]
     #[arg(long, value_name = "P")]
     probes_per_cluster: Option<u32>,
-    /// Most receivers of a cluster [default: 256]
+    /// Most receivers of a cluster [default: 512; 256 with --method paper]
     #[arg(long, value_name = "R")]
     receivers_per_cluster: Option<u32>,
     /// Lay the lightmap out by the scene's second texture coordinates where they are valid
@@ -102,12 +103,12 @@ impl From<SettingFlags> for BakeOptions {
 enum QualityFlag {
     /// At most 50 000 receivers, 64 rays each, error 0.08: to look at a scene while it is being made
     Preview,
-    /// At most 200 000 receivers, 512 rays each, error 0.03, rank 32
+    /// At most 400 000 receivers, 256 rays each, error 0.03, rank 32
     #[default]
     Medium,
-    /// At most 400 000 receivers, 1024 rays each, error 0.02: to keep
+    /// At most 800 000 receivers, 512 rays each, error 0.02: to keep
     High,
-    /// At most 800 000 receivers, 2048 rays each, error 0.01, rank 64: for the last bake of all
+    /// At most 1 600 000 receivers, 1024 rays each, error 0.01, rank 64: for the last bake of all
     Production,
 }
 
@@ -183,7 +184,11 @@ mod tests {
 
     /// Digits in groups of three, as the help has them from 10 000 on.
     fn grouped(number: u32) -> String {
-        if number < 10_000 { number.to_string() } else { format!("{} 000", number / 1000) }
+        match number {
+            0..10_000 => number.to_string(),
+            10_000..1_000_000 => format!("{} 000", number / 1000),
+            _ => format!("{} {} 000", number / 1_000_000, number / 1000 % 1000),
+        }
     }
 
     #[test]

@@ -69,11 +69,12 @@ impl GroupWorker<'_> {
             Some(ensemble) if is_hybrid => self.choose_patches(ensemble, &views),
             _ => PatchChoice::default(),
         };
-        let probes = self.choose_probes(group, &views);
+        let scalars = is_hybrid.then(|| self.scalar_signals(group, &patches));
+        let probes = self.choose_probes(group, &views, scalars.as_ref());
         let builder = TransportBuilder {
             tracer: self.tracer,
             basis: &self.basis,
-            scalars: is_hybrid.then(|| self.scalar_signals(group, &patches)),
+            scalars,
             support_radius: SUPPORT_MARGIN * self.farthest_distance(group, &probes),
             probes: probes.iter().map(|p| self.probes.positions[*p as usize]).collect(),
         };
@@ -157,19 +158,22 @@ impl GroupWorker<'_> {
         }
     }
 
-    /// The probes for rays that end far away; none where surfels take all light.
-    fn choose_probes(&self, group: &[u32], views: &[View]) -> Vec<u32> {
-        let settings = self.compressor.settings;
-        if settings.method == Method::Hybrid && settings.near_radius.is_none() {
-            return Vec::new();
-        }
-        let per_receiver = (CHOICE_HITS / group.len()).max(1);
-        let sample: Vec<GatherHit> = views
+    /// The probes for the rays whose light they bring: with surfels and sky signals only those that end far away.
+    fn choose_probes(&self, group: &[u32], views: &[View], scalars: Option<&ScalarSignals<'_>>) -> Vec<u32> {
+        let needs_probes = |ray: &&GatherRay| {
+            scalars.is_none_or(|scalars| ray.hit.is_some_and(|hit| scalars.near_share(hit.distance) < 1.0))
+        };
+        let far: Vec<&GatherRay> =
+            views.iter().flat_map(|view| view.rays.iter().filter(needs_probes)).collect();
+        let sample: Vec<GatherHit> = far
             .iter()
-            .flat_map(|view| view.rays.iter().take(per_receiver))
+            .step_by(far.len().div_ceil(CHOICE_HITS).max(1))
             .map(|ray| ray.end(self.tracer))
             .collect();
-        let most = settings.probes_per_cluster as usize;
+        if sample.is_empty() {
+            return Vec::new();
+        }
+        let most = self.compressor.settings.probes_per_cluster as usize;
         choose_probes(self.tracer, self.probes, self.receivers, group, &sample, most)
     }
 

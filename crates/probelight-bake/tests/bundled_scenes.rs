@@ -107,7 +107,8 @@ fn each_method_has_its_own_signals_and_the_rest_follows() {
     let rays_to_surfaces = paper.relight_surfels.iter().filter(|s| **s != NONE).count();
     assert_eq!(paper.surfels.len(), rays_to_surfaces, "every relight ray evaluates light of its own");
 
-    let hybrid = quick_bake("cornell.glb", Method::Hybrid);
+    let wide = BakeOptions { near_radius: Some(100.0), ..quick(Method::Hybrid) };
+    let hybrid = bake(load("cornell.glb"), &wide, None, &Silent).unwrap();
     assert_eq!(hybrid.emitters.len(), 1, "the ceiling lamp");
     assert!(hybrid.probes.is_empty() && hybrid.clusters.iter().all(|c| c.probe_count == 0));
     assert!(hybrid.clusters.iter().all(|c| c.ranks.f16 == 0 && c.ranks.total() > 0));
