@@ -47,7 +47,7 @@ pub(crate) struct SettingFlags {
     #[arg(long, value_name = "N")]
     samples_per_surfel: Option<u32>,
     /// Distance beyond which light is taken from probes instead of surfels, metres; handed over smoothly
-    /// [default: 6 surfel widths]
+    /// [default: 8 surfel widths]
     #[arg(long, value_name = "M")]
     near_radius: Option<f32>,
     /// Probes per cubic metre of open space [default: adapted to the scene, at least 0.02]
@@ -103,7 +103,7 @@ impl From<SettingFlags> for BakeOptions {
 enum QualityFlag {
     /// At most 50 000 receivers, 64 rays each, error 0.08: to look at a scene while it is being made
     Preview,
-    /// At most 400 000 receivers, 256 rays each, error 0.03, rank 32
+    /// At most 400 000 receivers, 256 rays each, error 0.025, rank 32
     #[default]
     Medium,
     /// At most 800 000 receivers, 512 rays each, error 0.02: to keep

@@ -37,7 +37,7 @@ pub struct BakeOptions {
     pub surfel_size: Option<f32>,
     /// Most light samples per surfel. Default 16.
     pub samples_per_surfel: Option<u32>,
-    /// Distance from a receiver beyond which it takes light from probes, not from surfels. Default: six
+    /// Distance from a receiver beyond which it takes light from probes, not from surfels. Default: eight
     /// surfel widths.
     pub near_radius: Option<f32>,
     /// Gather rays per receiver. Default 256, with the paper's method 512.
@@ -50,7 +50,7 @@ pub struct BakeOptions {
     /// Most singular values per cluster. Default 32 (\[SED\] §3.3).
     pub max_rank: Option<u32>,
     /// Relative error of a cluster's truncated matrix: singular values are kept until it is reached, and
-    /// clusters large enough for two are split. Default 0.03: what is lost then is mostly the noise of the
+    /// clusters large enough for two are split. Default 0.025: what is lost then is mostly the noise of the
     /// gather rays.
     pub max_cluster_error: Option<f32>,
     /// Most probes a cluster draws on; up to twice as many where more than a few of its rays end at places that
@@ -76,7 +76,7 @@ const SURFEL_PER_FREE_DISTANCE: f32 = 0.1;
 const TEXELS_PER_SURFEL: f32 = 2.5;
 
 /// Default near radius in surfel widths: farther away, probes see as finely as the surfels are.
-const SURFELS_PER_NEAR_RADIUS: f32 = 6.0;
+const SURFELS_PER_NEAR_RADIUS: f32 = 8.0;
 
 /// Defaults that depend on the method.
 struct MethodDefaults {

@@ -30,9 +30,9 @@ pub struct Preset {
     pub max_rank: u32,
 }
 
-/// The defaults. Rank: \[SED\] §3.3. An error of 0.03 is mostly the noise of the gather rays.
+/// The defaults. Rank: \[SED\] §3.3. An error of 0.025 is mostly the noise of the gather rays.
 const MEDIUM: Preset =
-    Preset { max_receivers: DEFAULT_MAX_RECEIVERS, gather_rays: 256, max_cluster_error: 0.03, max_rank: 32 };
+    Preset { max_receivers: DEFAULT_MAX_RECEIVERS, gather_rays: 256, max_cluster_error: 0.025, max_rank: 32 };
 
 impl Quality {
     /// All presets, the cheapest first.

@@ -49,16 +49,37 @@ pub(crate) fn quantize(
         error: (energy / factors.total.max(f64::MIN_POSITIVE)).max(0.0).sqrt() as f32,
         ..PackedFactors::default()
     };
+    let weights: Vec<f32> =
+        moments.iter().enumerate().map(|(c, moment)| scales.column(c) * moment.sqrt()).collect();
     for k in 0..ranks.total() as usize {
         let precision = ranks.precision(k);
         let line: Vec<f32> = factors.u.col(k).iter().map(|u| u / scales.receivers[k]).collect();
         precision.pack(&line, &mut packed.receiver_basis);
-        let line: Vec<f32> =
-            (0..factors.w.ncols()).map(|c| factors.w[(k, c)] / (scales.rows[k] * scales.column(c))).collect();
+        let mut line = scales.row(factors, k);
+        if precision != Precision::F16 {
+            line = carry_errors(&line, precision.step(), &weights);
+        }
         precision.pack(&line, &mut packed.signal_basis);
         packed.row_scales.push(scales.rows[k] * scales.receivers[k]);
     }
     packed
+}
+
+/// A row rounded so that errors do not add up: what one column loses the next one gains, in proportion to their
+/// signals' strengths (`weights`). Many small values of one sign would otherwise all become zero.
+fn carry_errors(row: &[f32], step: f32, weights: &[f32]) -> Vec<f32> {
+    let mut carried = 0.0;
+    let rounded = row.iter().zip(weights).map(|(value, weight)| {
+        if *weight <= 0.0 {
+            return *value;
+        }
+        // A weak signal cannot make up for a strong one's error.
+        let wanted = value + (carried / weight).clamp(-0.5 * step, 0.5 * step);
+        let rounded = ((wanted / step).round() * step).clamp(-1.0, 1.0);
+        carried += (value - rounded) * weight;
+        rounded
+    });
+    rounded.collect()
 }
 
 /// Factors that bring all values into −1 to 1.
@@ -73,9 +94,8 @@ struct Scales {
 impl Scales {
     fn of(factors: &Factors<'_>) -> Self {
         let (rank, columns) = (factors.w.nrows(), factors.w.ncols());
-        let strength = |k: usize| (factors.energies[k].sqrt() as f32).max(f32::MIN_POSITIVE);
-        // How large a column's entries are against their rows' strengths.
-        let share = |c: usize| (0..rank).map(|k| factors.w[(k, c)].abs() / strength(k)).fold(0.0, f32::max);
+        // A column's norm: its strongest entries, most often those of the first row, decide.
+        let share = |c: usize| (0..rank).map(|k| factors.w[(k, c)].powi(2)).sum::<f32>().sqrt();
         let shares: Vec<f32> = (0..columns).map(share).collect();
         let largest = shares.iter().fold(f32::MIN_POSITIVE, |a, b| a.max(*b));
         let exponent = |share: &f32| ((-STEPS_PER_OCTAVE * (share / largest).log2()).max(0.0)) as u8;
@@ -94,6 +114,11 @@ impl Scales {
             scales.rows.push(largest_or_one(row));
         }
         scales
+    }
+
+    /// Row k of ΣVᵀ, scaled.
+    fn row(&self, factors: &Factors<'_>, k: usize) -> Vec<f32> {
+        (0..factors.w.ncols()).map(|c| factors.w[(k, c)] / (self.rows[k] * self.column(c))).collect()
     }
 
     fn column(&self, c: usize) -> f32 {
