@@ -8,12 +8,13 @@
 //! | walls | `cut` | large triangles cut where walls stand on them, so that no chart runs under a wall |
 //! | lit sides | `sides` | which sides of the triangles have light of their own |
 //! | layout | `atlas`, `layout` | lightmap charts at the wanted density |
-//! | receivers | `receivers` | texels with a sample point in open air; dilation |
+//! | receivers | `receivers`, `texel_points` | texels with sample points in open air; dilation |
 //! | probes | `voxels`, `probes` | where radiance is measured |
 //! | relight rays | `relight` | what each probe sees |
-//! | clusters | `air_spaces`, `partition` | groups of receivers that share a matrix |
+//! | outlooks | `air_spaces` | which receivers and probes can exchange light at all |
 //! | light | `surfels`, `emitters`, `scene_light` | where the runtime evaluates light |
-//! | metric | `light_ensemble` | what random plausible lightings make of it |
+//! | ensemble | `light_ensemble` | what random plausible lightings make of it |
+//! | clusters | `partition` | groups of receivers that share a matrix |
 //! | transport | `gather`, `patch_choice`, `probe_choice`, `transport` | the matrix of each group (\[SED\] eq. 3–4) |
 //! | compression | `metric`, `compress`, `quantize` | truncated, split, packed (\[SED\] eq. 6) |
 //! | file | `assemble` | the [`probelight_asset::BakedScene`] and its report |
