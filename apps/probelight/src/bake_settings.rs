@@ -56,10 +56,11 @@ pub(crate) struct SettingFlags {
     /// Relight rays per probe: finer light at each frame's cost [default: 512]
     #[arg(long, value_name = "N")]
     relight_rays: Option<u32>,
-    /// Highest spherical-harmonics band of the probes, 0 to 11 [default: 5; 7 with --method paper]
+    /// Highest spherical-harmonics band of the probes, 0 to 11 [default: 7]
     #[arg(long, value_name = "L")]
     sh_degree: Option<u32>,
-    /// Most probes a cluster draws on; up to twice as many where rays end unseen by them [default: 10]
+    /// Most probes a cluster draws on; up to twice as many where rays end unseen by them [default: 6; 10
+    /// with --method paper]
     #[arg(long, value_name = "P")]
     probes_per_cluster: Option<u32>,
     /// Most receivers of a cluster [default: 512; 256 with --method paper]

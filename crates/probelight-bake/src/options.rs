@@ -44,8 +44,7 @@ pub struct BakeOptions {
     pub gather_rays: Option<u32>,
     /// Relight rays per probe. Default 512 (\[SED\] §5.1).
     pub relight_rays: Option<u32>,
-    /// Highest spherical-harmonics band, 0 to 11. Default 5, with the paper's method 7 (\[SED\]
-    /// Table 1).
+    /// Highest spherical-harmonics band, 0 to 11. Default 7 (\[SED\] Table 1).
     pub sh_degree: Option<u32>,
     /// Most singular values per cluster. Default 32 (\[SED\] §3.3).
     pub max_rank: Option<u32>,
@@ -54,7 +53,7 @@ pub struct BakeOptions {
     /// gather rays.
     pub max_cluster_error: Option<f32>,
     /// Most probes a cluster draws on; up to twice as many where more than a few of its rays end at places that
-    /// none of them sees. Default 10.
+    /// none of them sees. Default 6, with the paper's method 10.
     pub probes_per_cluster: Option<u32>,
     /// Most receivers in a cluster. Default 512, with the paper's method 256: probes serve a cluster well only if it is small against the
     /// distance between them.
@@ -82,9 +81,9 @@ const SURFELS_PER_NEAR_RADIUS: f32 = 8.0;
 struct MethodDefaults {
     metric: Metric,
     storage: Storage,
-    sh_degree: u32,
     /// Gather rays as a multiple of what the quality asks for.
     gather_rays_factor: u32,
+    probes_per_cluster: u32,
     receivers_per_cluster: u32,
 }
 
@@ -94,16 +93,16 @@ impl MethodDefaults {
             Method::Paper => Self {
                 metric: Metric::Band,
                 storage: Storage::F16,
-                sh_degree: 7,
                 gather_rays_factor: 2,
+                probes_per_cluster: 10,
                 receivers_per_cluster: 256,
             },
-            // Surfels bring the detail, so the probes need less; the compression takes noise away.
+            // Surfels bring the detail, so fewer probes do; the compression takes noise away.
             Method::Hybrid => Self {
                 metric: Metric::Radiance,
                 storage: Storage::Packed,
-                sh_degree: 5,
                 gather_rays_factor: 1,
+                probes_per_cluster: 6,
                 receivers_per_cluster: 512,
             },
         }
@@ -208,7 +207,7 @@ impl BakeOptions {
             },
             texels_per_meter: texel_density.unwrap_or(1.0 / (free_distance * TEXEL_PER_FREE_DISTANCE)),
             probe_spacing: spacing,
-            sh_degree: within("the SH degree", self.sh_degree, defaults.sh_degree, 0..=11, "0 to 11")?,
+            sh_degree: within("the SH degree", self.sh_degree, 7, 0..=11, "0 to 11")?,
             gather_rays: within(
                 "the gather rays",
                 self.gather_rays,
@@ -220,7 +219,7 @@ impl BakeOptions {
             probes_per_cluster: within(
                 "the probes per cluster",
                 self.probes_per_cluster,
-                10,
+                defaults.probes_per_cluster,
                 1..=40,
                 "1 to 40",
             )?,
