@@ -131,7 +131,7 @@ struct RoundingNoise(Vec<f64>);
 
 impl RoundingNoise {
     fn of(factors: &Factors<'_>, scales: &Scales, moments: &[f32]) -> Self {
-        // The variance of rounding to steps of 1.
+        // The variance of rounding to steps of 1. Values of ΣVᵀ also carry the error of the one before.
         const VARIANCE: f64 = 1.0 / 12.0;
         let squared = |v: f32| f64::from(v) * f64::from(v);
         let columns: f64 =
@@ -139,7 +139,7 @@ impl RoundingNoise {
         let of_component = |k: usize| {
             let of_u = factors.u.nrows() as f64 * squared(scales.receivers[k]) * factors.energies[k];
             let of_w = squared(scales.rows[k]) * columns;
-            VARIANCE * (of_u + of_w)
+            VARIANCE * (of_u + 2.0 * of_w)
         };
         Self((0..factors.energies.len()).map(of_component).collect())
     }
@@ -292,6 +292,15 @@ pub(crate) mod tests {
         let mut wrong = packed;
         wrong.signal_basis[0] ^= 0x40;
         assert!(!is_plausible(sample.error_of(&wrong), reported));
+    }
+
+    #[test]
+    fn many_small_values_of_one_sign_keep_their_sum() {
+        let row = vec![0.002; 500];
+        let rounded = carry_errors(&row, Precision::Snorm8.step(), &[1.0; 500]);
+        assert!((rounded.iter().sum::<f32>() - 1.0).abs() < Precision::Snorm8.step());
+        // Negative control: each rounded by itself, they vanish.
+        assert!(row.iter().all(|value| value / Precision::Snorm8.step() < 0.5));
     }
 
     #[test]
