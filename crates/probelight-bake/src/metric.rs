@@ -6,14 +6,17 @@
 
 use faer::{Mat, Scale};
 
+/// Lightings whose energy in a cluster is below this share of the mean count less.
+const DIM_SHARE: f32 = 0.02;
+
 /// Share of the energy that the independent part of the radiance metric has.
 const FLOOR_SHARE: f32 = 0.05;
 
-/// How much each lighting counts for a cluster in which it has the given energy: dim ones by what they bring,
-/// bright ones all the same.
-pub(crate) fn lighting_weights(energies: &[f32], priors: &[f32]) -> Vec<f32> {
+/// How much each lighting counts for a cluster in which it has the given energy: those dimmer than a share
+/// `dim_share` of the mean by what they bring, brighter ones all the same.
+pub(crate) fn lighting_weights(energies: &[f32], priors: &[f32], dim_share: f32) -> Vec<f32> {
     let mean = energies.iter().sum::<f32>() / energies.len().max(1) as f32;
-    let weight = |(energy, prior): (&f32, &f32)| prior / (energy + mean).max(f32::MIN_POSITIVE);
+    let weight = |(energy, prior): (&f32, &f32)| prior / (energy + dim_share * mean).max(f32::MIN_POSITIVE);
     energies.iter().zip(priors).map(weight).collect()
 }
 
@@ -38,7 +41,7 @@ impl SignalMetric {
         let lightings = lit.ncols();
         let energy = |i: usize| arriving.col(i).iter().map(|e| e * e).sum::<f32>();
         let energies: Vec<f32> = (0..lightings).map(energy).collect();
-        let weights = lighting_weights(&energies, priors);
+        let weights = lighting_weights(&energies, priors, DIM_SHARE);
         for (i, weight) in weights.iter().enumerate() {
             let mut column = lit.col_mut(i);
             column *= Scale(weight.sqrt());

@@ -17,6 +17,10 @@ use crate::surfels::SurfelTree;
 /// Parts of a cluster whose mean view decides.
 pub(crate) const WITNESSES: usize = 32;
 
+/// Lightings whose energy in a cluster is below this share of the mean count less. It is small, so that a room
+/// stays dark while the sun shines outside: no patch may reach round the wall.
+const DIM_SHARE: f32 = 0.01;
+
 /// How much of the light of each patch reaches the witnesses, steradians.
 type Views = [f32; WITNESSES];
 
@@ -125,7 +129,7 @@ impl<'a> Judge<'a> {
             energies.iter_mut().zip(&arriving).for_each(|(energy, e)| *energy += e * e);
         }
         energies.iter_mut().for_each(|energy| *energy /= witnesses.len().max(1) as f32);
-        let weights = lighting_weights(&energies, ensemble.weights());
+        let weights = lighting_weights(&energies, ensemble.weights(), DIM_SHARE);
         let arriving: f32 = energies.iter().zip(&weights).map(|(e, w)| e * w).sum();
         let is_reached = arriving > 0.0;
         Self { ensemble, weights, is_reached, arriving: if is_reached { arriving } else { PI * PI } }
