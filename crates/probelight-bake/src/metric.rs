@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn bright_lightings_count_no_more_than_others_and_dim_ones_by_what_they_bring() {
         let energies = [1e4, 1e4, 1e-4, 1.0];
-        let weights = lighting_weights(&energies, &[1.0, 2.0, 1.0, 1.0]);
+        let weights = lighting_weights(&energies, &[1.0, 2.0, 1.0, 1.0], 1.0);
         let counted: Vec<f32> = energies.iter().zip(&weights).map(|(e, w)| e * w).collect();
         assert!((counted[1] / counted[0] - 2.0).abs() < 1e-5, "priors count");
         assert!(counted[0] < 1.0 && (counted[3] / counted[2] / 1e4 - 1.0).abs() < 1e-2);
