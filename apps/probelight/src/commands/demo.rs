@@ -26,7 +26,7 @@ Examples:
   probelight demo --scene cornell -o /tmp/cornell
 
 The contact sheet shows each light position without global illumination, with it, path-traced, and the
-difference of the last two. It takes up to three minutes on two cores; most of it is the path tracer.";
+difference of the last two. It takes some minutes on two cores; most of it is the path tracer.";
 
 /// Flags of `demo`.
 #[derive(Args)]
