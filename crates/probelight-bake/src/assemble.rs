@@ -63,12 +63,12 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
             signal_count: cluster.signals.len() as u32,
             first_probe: baked.cluster_probes.len() as u32,
             probe_count: cluster.probes.len() as u32,
-            ranks: cluster.ranks,
+            ranks: cluster.factors.ranks,
             receiver_basis_offset: baked.receiver_basis.len() as u64,
             signal_basis_offset: baked.signal_basis.len() as u64,
             row_scale_offset: baked.row_scales.len() as u32,
             column_exponent_offset: baked.column_exponents.len() as u64,
-            error: cluster.error,
+            error: cluster.factors.error,
         });
         for p in &cluster.probes {
             let probe = &mut baked.probes[probe_numbers[*p as usize] as usize];
@@ -80,10 +80,10 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
         baked.receiver_texels.extend(cluster.receivers.iter().map(|r| receivers[*r as usize].texel));
         baked.cluster_signals.extend(&cluster.signals);
         baked.cluster_probes.extend(cluster.probes.iter().map(|p| probe_numbers[*p as usize]));
-        baked.receiver_basis.extend(&cluster.receiver_basis);
-        baked.signal_basis.extend(&cluster.signal_basis);
-        baked.row_scales.extend(&cluster.row_scales);
-        baked.column_exponents.extend(&cluster.column_exponents);
+        baked.receiver_basis.extend(&cluster.factors.receiver_basis);
+        baked.signal_basis.extend(&cluster.factors.signal_basis);
+        baked.row_scales.extend(&cluster.factors.row_scales);
+        baked.column_exponents.extend(&cluster.factors.column_exponents);
     }
     baked
 }
@@ -125,14 +125,14 @@ fn report(parts: &BakeParts, groups: &[FinishedGroup], rays: u64) -> BakeReport 
     let rays = rays.max(1) as f64;
     let clusters = || groups.iter().flat_map(|g| &g.clusters);
     let receivers: usize = clusters().map(|c| c.receivers.len()).sum();
-    let weighted: f64 = clusters().map(|c| f64::from(c.error) * c.receivers.len() as f64).sum();
+    let weighted: f64 = clusters().map(|c| f64::from(c.factors.error) * c.receivers.len() as f64).sum();
     BakeReport {
         chart_texels: parts.receivers.chart_texels,
         invalid_texels: parts.receivers.invalid_texels,
         approximated_fraction: groups.iter().map(|g| g.approximated_rays).sum::<u64>() as f64 / rays,
         uncovered_fraction: groups.iter().map(|g| g.uncovered_rays).sum::<u64>() as f64 / rays,
         mean_cluster_error: weighted / receivers.max(1) as f64,
-        max_cluster_error: clusters().map(|c| f64::from(c.error)).fold(0.0, f64::max),
+        max_cluster_error: clusters().map(|c| f64::from(c.factors.error)).fold(0.0, f64::max),
         warnings: parts.scene.warnings.iter().map(|w| format!("{}: {}", w.message, w.count)).collect(),
     }
 }

@@ -70,6 +70,7 @@ pub fn bake(
     let split_rule = split_rule(&resolved);
     let largest = resolved.settings.receivers_per_cluster as usize;
     let groups = split_rule.partition(&receivers.receivers, largest);
+    let fingerprint = fingerprint(scene_hash, &resolved, receivers.receivers.len(), &probes);
     let worker = GroupWorker {
         tracer: &tracer,
         atlas: &atlas,
@@ -86,17 +87,16 @@ pub fn bake(
             lightmap_width: atlas.width,
         },
     };
-    let fingerprint = fingerprint(scene_hash, &resolved, receivers.receivers.len(), &probes);
     let finished = gather_groups(&worker, &groups, checkpoint, fingerprint, progress)?;
     let parts = BakeParts {
         scene: Scene::clone(tracer.scene()),
         scene_hash,
-        resolved: resolved.clone(),
-        receivers: receivers.clone(),
-        atlas: atlas.clone(),
+        resolved,
+        receivers,
+        atlas,
         probes,
         directions,
-        light: light.clone(),
+        light,
     };
     Ok(assemble(parts, finished))
 }

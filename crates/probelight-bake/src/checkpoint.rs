@@ -121,6 +121,8 @@ fn read_u64(bytes: &[u8], at: usize) -> Option<u64> {
 mod tests {
     use probelight_asset::packed::Ranks;
 
+    use crate::quantize::PackedFactors;
+
     use super::*;
 
     fn group(seed: u32) -> FinishedGroup {
@@ -129,12 +131,14 @@ mod tests {
                 receivers: vec![seed, seed + 1],
                 signals: vec![4],
                 probes: vec![3],
-                ranks: Ranks { snorm8: 1, ..Ranks::default() },
-                receiver_basis: vec![0x4041],
-                signal_basis: vec![0x7f81, 0xff],
-                row_scales: vec![2.0],
-                column_exponents: vec![0, 8, 16, 24, 255],
-                error: 0.1,
+                factors: PackedFactors {
+                    ranks: Ranks { snorm8: 1, ..Ranks::default() },
+                    receiver_basis: vec![0x4041],
+                    signal_basis: vec![0x7f81, 0xff],
+                    row_scales: vec![2.0],
+                    column_exponents: vec![0, 8, 16, 24, 255],
+                    error: 0.1,
+                },
             }],
             approximated_rays: 7,
             uncovered_rays: 1,

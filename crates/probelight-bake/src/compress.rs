@@ -6,14 +6,13 @@
 //! is the signals' expected second moment, and ΣVᵀ = Uᵀ A, which is the best for that U in any metric.
 
 use faer::{Mat, MatRef, Scale, Side};
-use probelight_asset::packed::Ranks;
 use probelight_asset::{BakeSettings, Storage};
 use probelight_scene::Bounds;
 use serde::{Deserialize, Serialize};
 
 use crate::metric::SignalMetric;
 use crate::partition::KdRule;
-use crate::quantize::{Factors, quantize};
+use crate::quantize::{Factors, PackedFactors, quantize};
 use crate::receivers::Receiver;
 
 /// A cluster ready for the file.
@@ -25,18 +24,8 @@ pub(crate) struct CompressedCluster {
     pub(crate) signals: Vec<u32>,
     /// Probes the other columns belong to.
     pub(crate) probes: Vec<u32>,
-    /// How many singular values are kept, and how precisely.
-    pub(crate) ranks: Ranks,
-    /// U, packed: one line of one value per receiver for each singular value.
-    pub(crate) receiver_basis: Vec<u32>,
-    /// ΣVᵀ, packed: one line of one value per column of A for each singular value.
-    pub(crate) signal_basis: Vec<u32>,
-    /// One scale per row.
-    pub(crate) row_scales: Vec<f32>,
-    /// One scale per column, as an exponent.
-    pub(crate) column_exponents: Vec<u8>,
-    /// Relative error of the compressed matrix in the metric.
-    pub(crate) error: f32,
+    /// U and ΣVᵀ.
+    pub(crate) factors: PackedFactors,
 }
 
 /// A group's transport and what its columns are.
@@ -85,7 +74,7 @@ impl Compressor<'_> {
             let cluster = self.decompose(&block, &halves, matrix);
             let can_split =
                 block.rows.len() >= 2 * FEWEST_RECEIVERS_PER_RANK * self.settings.max_rank as usize;
-            if cluster.error > self.settings.max_cluster_error && can_split {
+            if cluster.factors.error > self.settings.max_cluster_error && can_split {
                 let (lower, upper) = self.split(block);
                 pending.push(upper);
                 pending.push(lower);
@@ -138,17 +127,11 @@ impl Compressor<'_> {
         };
         let is_packed = self.settings.storage == Storage::Packed;
         let target = f64::from(self.settings.max_cluster_error);
-        let packed = quantize(&factors, &matrix.metric.second_moments(), is_packed, target);
         CompressedCluster {
             receivers: block.receivers.clone(),
             signals: matrix.signals.to_vec(),
             probes: matrix.probes.to_vec(),
-            ranks: packed.ranks,
-            receiver_basis: packed.receiver_basis,
-            signal_basis: packed.signal_basis,
-            row_scales: packed.row_scales,
-            column_exponents: packed.column_exponents,
-            error: packed.error,
+            factors: quantize(&factors, &matrix.metric.second_moments(), is_packed, target),
         }
     }
 }
@@ -174,10 +157,8 @@ impl Components {
         let Some((u, energies)) = leading_eigenvectors(&gram, most) else {
             return Self { u: Mat::zeros(a.nrows(), 0), energies: Vec::new(), tails: vec![0.0], total: 0.0 };
         };
-        let tails = match noise_free_tails(halves, metric, energies.len()) {
-            Some(tails) if metric.knows_the_light() => tails,
-            _ => tails_of(total, energies.iter().copied()),
-        };
+        let noise_free = metric.knows_the_light().then(|| noise_free_tails(halves, metric, energies.len()));
+        let tails = noise_free.flatten().unwrap_or_else(|| tails_of(total, energies.iter().copied()));
         let u = Mat::from_fn(u.nrows(), u.ncols(), |r, k| u[(r, k)] as f32);
         Self { u, energies, tails, total }
     }
@@ -234,8 +215,8 @@ pub(crate) fn bounds_of(receivers: &[Receiver], group: &[u32]) -> Bounds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantize::PackedFactors;
     use crate::quantize::tests::unpacked;
+    use probelight_asset::packed::Ranks;
     use probelight_math::glam::Vec3;
     use probelight_math::sampling::Rng;
 
@@ -276,15 +257,7 @@ mod tests {
     }
 
     fn reconstruct(cluster: &CompressedCluster) -> Mat<f32> {
-        let packed = PackedFactors {
-            ranks: cluster.ranks,
-            receiver_basis: cluster.receiver_basis.clone(),
-            signal_basis: cluster.signal_basis.clone(),
-            row_scales: cluster.row_scales.clone(),
-            column_exponents: cluster.column_exponents.clone(),
-            error: cluster.error,
-        };
-        unpacked(&packed, cluster.receivers.len(), COLUMNS)
+        unpacked(&cluster.factors, cluster.receivers.len(), COLUMNS)
     }
 
     /// Relative error of a cluster's matrix in the metric.
@@ -325,7 +298,7 @@ mod tests {
     fn matrices_of_low_rank_are_kept_to_storage_precision() {
         let rows = low_rank_rows(100, 5);
         let clusters = compress(&rows, &settings(8, 1e-3, Storage::F16));
-        assert_eq!((clusters.len(), clusters[0].ranks), (1, Ranks { f16: 5, ..Ranks::default() }));
+        assert_eq!((clusters.len(), clusters[0].factors.ranks), (1, Ranks { f16: 5, ..Ranks::default() }));
         let stored = reconstruct(&clusters[0]);
         for (r, receiver) in clusters[0].receivers.iter().enumerate() {
             for c in 0..COLUMNS {
@@ -341,12 +314,16 @@ mod tests {
         for storage in STORAGES {
             let cluster = &compress(&rows, &settings(8, 1e-4, storage))[0];
             let measured = measured_error(cluster, &rows);
-            assert!((measured / f64::from(cluster.error) - 1.0).abs() < 0.02, "{measured} {}", cluster.error);
-            assert!(cluster.error > 0.05);
+            assert!(
+                (measured / f64::from(cluster.factors.error) - 1.0).abs() < 0.02,
+                "{measured} {}",
+                cluster.factors.error
+            );
+            assert!(cluster.factors.error > 0.05);
             // Negative control: a matrix with one value of ΣVᵀ wrong has another error.
             let mut wrong = cluster.clone();
-            wrong.row_scales[0] *= -1.0;
-            assert!(measured_error(&wrong, &rows) > 1.2 * f64::from(cluster.error));
+            wrong.factors.row_scales[0] *= -1.0;
+            assert!(measured_error(&wrong, &rows) > 1.2 * f64::from(cluster.factors.error));
         }
     }
 
@@ -354,9 +331,11 @@ mod tests {
     fn packing_takes_half_of_what_half_floats_take_at_most() {
         let rows = low_rank_rows(100, 30);
         let [floats, packed] = STORAGES.map(|storage| compress(&rows, &settings(8, 0.4, storage)).remove(0));
-        let words = |cluster: &CompressedCluster| cluster.receiver_basis.len() + cluster.signal_basis.len();
-        assert!(floats.error <= 0.4 && packed.error <= 0.4);
-        assert!(2 * words(&packed) <= words(&floats) + 2 * packed.ranks.total() as usize);
+        let words = |cluster: &CompressedCluster| {
+            cluster.factors.receiver_basis.len() + cluster.factors.signal_basis.len()
+        };
+        assert!(floats.factors.error <= 0.4 && packed.factors.error <= 0.4);
+        assert!(2 * words(&packed) <= words(&floats) + 2 * packed.factors.ranks.total() as usize);
     }
 
     #[test]

@@ -109,22 +109,24 @@ impl GroupWorker<'_> {
         let texel = self.receivers[receiver as usize].texel;
         let all: Vec<GatherRay> =
             gather_rays(self.tracer, texel, points, settings.gather_rays, settings.seed).collect();
-        let surfel_of =
-            |ray: &GatherRay| ray.hit.map_or(NONE, |hit| self.light.surfels.surfel_of_hit(self.atlas, &hit));
+        let texels: Vec<u32> =
+            all.iter().map(|ray| ray.hit.map_or(NONE, |hit| self.atlas.texel_of_hit(&hit))).collect();
+        let surfels = texels.iter().map(|texel| self.light.surfels.surfel_of_texel(*texel)).collect();
+        let all = View { rays: all, surfels };
         let mut view = View::default();
+        let mut end = 0;
         // Rays of points inside solids tell nothing.
-        for rays in all.chunk_by(|a, b| a.origin == b.origin) {
-            let is_unlit =
-                |ray: &&GatherRay| ray.hit.is_some_and(|hit| self.atlas.texel_of_hit(&hit) == NONE);
-            if rays.iter().filter(is_unlit).count() as f32 <= MAX_UNLIT_SHARE * rays.len() as f32 {
+        for rays in all.rays.chunk_by(|a, b| a.origin == b.origin) {
+            let range = end..end + rays.len();
+            end = range.end;
+            let is_unlit = |(ray, texel): &(&GatherRay, &u32)| ray.hit.is_some() && **texel == NONE;
+            let unlit = rays.iter().zip(&texels[range.clone()]).filter(is_unlit).count();
+            if unlit as f32 <= MAX_UNLIT_SHARE * rays.len() as f32 {
                 view.rays.extend(rays);
-                view.surfels.extend(rays.iter().map(surfel_of));
+                view.surfels.extend(&all.surfels[range]);
             }
         }
-        if view.rays.len() < 2 {
-            view = View { surfels: all.iter().map(surfel_of).collect(), rays: all };
-        }
-        view
+        if view.rays.len() < 2 { all } else { view }
     }
 
     fn choose_patches(&self, ensemble: &LightEnsemble, views: &[View]) -> PatchChoice {

@@ -2,6 +2,7 @@
 
 use faer::Mat;
 use probelight_asset::packed::{Precision, Ranks};
+use serde::{Deserialize, Serialize};
 
 /// U and ΣVᵀ of a cluster, and what each singular value is worth.
 pub(crate) struct Factors<'a> {
@@ -18,12 +19,17 @@ pub(crate) struct Factors<'a> {
 }
 
 /// Matrices in words, and how to read them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PackedFactors {
+    /// How many singular values are kept, and how precisely.
     pub(crate) ranks: Ranks,
+    /// U: one line of one value per receiver for each singular value.
     pub(crate) receiver_basis: Vec<u32>,
+    /// ΣVᵀ: one line of one value per column of A for each singular value.
     pub(crate) signal_basis: Vec<u32>,
+    /// One scale per row.
     pub(crate) row_scales: Vec<f32>,
+    /// One scale per column, as an exponent.
     pub(crate) column_exponents: Vec<u8>,
     /// Relative error in the metric, of truncation and rounding together.
     pub(crate) error: f32,

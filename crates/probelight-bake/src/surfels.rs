@@ -116,7 +116,11 @@ impl SurfelTree {
 
     /// The surfel at a hit, or [`NONE`].
     pub(crate) fn surfel_of_hit(&self, atlas: &Atlas, hit: &Hit) -> u32 {
-        let texel = atlas.texel_of_hit(hit);
+        self.surfel_of_texel(atlas.texel_of_hit(hit))
+    }
+
+    /// The surfel that a lightmap texel belongs to, or [`NONE`].
+    pub(crate) fn surfel_of_texel(&self, texel: u32) -> u32 {
         self.surfel_of_texel.get(texel as usize).copied().unwrap_or(NONE)
     }
 
