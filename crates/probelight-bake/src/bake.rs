@@ -58,7 +58,8 @@ pub fn bake(
     let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
     let probe_set = PointGrid::of(&probes, resolved.settings.probe_spacing * 0.5);
     assign_outlooks(&tracer, &probe_set, &directions, &relight_hits, &mut receivers.receivers);
-    receivers.points.keep_those_in_sight(&tracer, &receivers.receivers, &probe_set);
+    let texel_size = 1.0 / resolved.settings.texels_per_meter;
+    receivers.points.keep_those_in_sight(&tracer, &receivers.receivers, &probe_set, texel_size);
     let light = SceneLight::prepare(
         &SceneParts { tracer: &tracer, atlas: &atlas, receivers: &receivers, probes: &probes },
         &directions,
