@@ -53,6 +53,7 @@ pub fn bake(
     let lit_sides = LitSides::find(&tracer, resolved.smallest_spacing() * 0.5, resolved.settings.seed);
     let atlas = fit_layout(&tracer, &lit_sides, &seams, options.use_uv1, &mut resolved, progress)?;
     let mut receivers = place_receivers(&tracer, &atlas, &lit_sides);
+    resolved.set_receiver_count(receivers.receivers.len());
     let probes = place_probes(&tracer, &resolved, &lit_sides, &receivers.receivers, progress)?;
     let directions = progressive_sphere(resolved.settings.relight_rays as usize);
     let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
