@@ -46,6 +46,8 @@ pub mod cpu;
 mod error;
 mod find_face;
 mod frame_bytes;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod irradiance_lightmap;
 mod runtime;
 
