@@ -189,6 +189,18 @@ fn part<'a, T>(
 }
 
 impl ClusterShard {
+    /// What `project_clusters` reads of the shard, and b, bytes.
+    pub(super) fn projection_bytes(&self) -> u64 {
+        let input = [&self.clusters, &self.inputs, &self.exponents, &self.row_scales, &self.signal_basis];
+        input.map(wgpu::Buffer::size).iter().sum::<u64>() + self.coefficients.size()
+    }
+
+    /// What `gather_receivers` reads of the shard, bytes.
+    pub(super) fn gather_bytes(&self) -> u64 {
+        let input = [&self.clusters, &self.tasks, &self.receiver_basis, &self.receiver_texels];
+        input.map(wgpu::Buffer::size).iter().sum::<u64>() + self.coefficients.size()
+    }
+
     fn new(storage: &Storage, baked: &BakedScene, range: Range<usize>) -> Result<Self, GpuError> {
         let arrays = ShardArrays::new(baked, range);
         Ok(Self {
