@@ -1,6 +1,6 @@
 //! How long frames take on a GPU, and how long they would if memory were the only limit.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::cluster_shards::ClusterShard;
 use super::device::{GpuError, checked};
@@ -10,7 +10,7 @@ use super::kernel::{Kernel, whole};
 use super::stage::{Stage, StageTimings};
 use super::stage_shaders::COPY_WORDS;
 use super::storage::Storage;
-use super::timestamps::{FrameTimestamps, TimestampPair};
+use super::timestamps::{FrameTimestamps, PassTimestamps};
 
 /// Frames before each that is measured, in the same submission, so that the GPU does not fall asleep in between.
 const FRAMES_BEFORE: usize = 3;
@@ -24,22 +24,40 @@ const COPIES: usize = 20;
 impl GpuRuntime {
     /// Measures as many frames in which nothing changes but the bounced light.
     ///
+    /// A GPU's own clock tells how long each stage took within a whole frame. Drivers in software note times when
+    /// work is handed to their threads, not when it is done; for them, and for GPUs without such a clock, each stage
+    /// is submitted by itself and waited for.
+    ///
     /// # Errors
-    /// [`GpuError::NoTimestamps`], or [`GpuError::Lost`] if the GPU does not answer.
+    /// [`GpuError::Lost`] if the GPU does not answer.
     pub fn measure_frames(&mut self, frames: usize) -> Result<Vec<StageTimings>, GpuError> {
-        let (device, queue) = (self.device.clone(), self.queue.clone());
-        let timestamps = FrameTimestamps::new(&device, &queue).ok_or(GpuError::NoTimestamps)?;
-        let mut timings = Vec::with_capacity(frames);
-        for _ in 0..frames {
-            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            for _ in 0..FRAMES_BEFORE {
-                self.encode(&mut encoder);
+        let is_software = self.device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        match FrameTimestamps::new(&self.device, &self.queue) {
+            Some(timestamps) if !is_software => {
+                (0..frames).map(|_| self.measure_by_timestamps(&timestamps)).collect()
             }
-            self.encode_timed(&mut encoder, &timestamps);
-            queue.submit([encoder.finish()]);
-            timings.push(timestamps.read(&device, &queue)?);
+            _ => (0..frames).map(|_| self.measure_by_waiting()).collect(),
         }
-        Ok(timings)
+    }
+
+    fn measure_by_timestamps(&mut self, timestamps: &FrameTimestamps) -> Result<StageTimings, GpuError> {
+        let mut encoder = new_encoder(&self.device);
+        for _ in 0..FRAMES_BEFORE {
+            self.encode(&mut encoder);
+        }
+        self.encode_timed(&mut encoder, timestamps);
+        self.queue.submit([encoder.finish()]);
+        timestamps.read(&self.device, &self.queue)
+    }
+
+    fn measure_by_waiting(&mut self) -> Result<StageTimings, GpuError> {
+        let mut stages = [Duration::ZERO; Stage::ALL.len()];
+        for (stage, time) in Stage::ALL.into_iter().zip(&mut stages) {
+            let mut encoder = new_encoder(&self.device);
+            self.encode_stage(stage, &mut encoder, None);
+            *time = submit_and_wait(&self.device, &self.queue, encoder)?;
+        }
+        Ok(StageTimings { stages, frame: stages.iter().sum() })
     }
 
     /// Bytes that each stage must move if it reads each of its inputs once and writes each of its outputs once; in the
@@ -77,12 +95,13 @@ impl GpuRuntime {
     }
 }
 
-/// How fast a GPU copies memory, bytes per second: read and written bytes together.
+/// How fast a GPU copies memory, bytes per second: read and written bytes together. Measured as stages are.
 ///
 /// # Errors
-/// [`GpuError::NoTimestamps`], [`GpuError::OutOfMemory`], or [`GpuError::Lost`] if the GPU does not answer.
+/// [`GpuError::OutOfMemory`], or [`GpuError::Lost`] if the GPU does not answer.
 pub fn copy_bandwidth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<f64, GpuError> {
-    let timestamps = TimestampPair::new(device, queue).ok_or(GpuError::NoTimestamps)?;
+    let is_software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+    let timestamps = PassTimestamps::new(device, queue, 1).filter(|_| !is_software);
     let storage = Storage::new(device, queue);
     let bytes = COPY_BYTES.min(storage.limit);
     let (kernel, group) = checked(device, "measuring the memory", || {
@@ -93,17 +112,40 @@ pub fn copy_bandwidth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<f64,
     })??;
     let mut fastest = Duration::MAX;
     for _ in 0..COPIES {
-        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        for timed in [false, true] {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("copy"),
-                timestamp_writes: timed.then(|| timestamps.writes()),
-            });
-            kernel.run(&mut pass, &[&group], (bytes as usize).div_ceil(16 * 1024));
-        }
-        timestamps.resolve(&mut encoder);
-        queue.submit([encoder.finish()]);
-        fastest = fastest.min(timestamps.read(device, queue)?);
+        let mut encoder = new_encoder(device);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("copy"),
+            timestamp_writes: timestamps.as_ref().map(|timestamps| timestamps.writes(0)),
+        });
+        kernel.run(&mut pass, &[&group], (bytes as usize).div_ceil(16 * 1024));
+        drop(pass);
+        let time = match &timestamps {
+            Some(timestamps) => {
+                timestamps.resolve(&mut encoder);
+                queue.submit([encoder.finish()]);
+                timestamps.read(device, queue)?.iter().sum()
+            }
+            None => submit_and_wait(device, queue, encoder)?,
+        };
+        fastest = fastest.min(time);
     }
     Ok(2.0 * bytes as f64 / fastest.as_secs_f64())
+}
+
+fn new_encoder(device: &wgpu::Device) -> wgpu::CommandEncoder {
+    device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
+}
+
+/// How long the GPU takes for some work, as the host sees it.
+fn submit_and_wait(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    encoder: wgpu::CommandEncoder,
+) -> Result<Duration, GpuError> {
+    let commands = encoder.finish();
+    let start = Instant::now();
+    queue.submit([commands]);
+    let waited = device.poll(wgpu::PollType::wait_indefinitely());
+    waited.map_err(|error| GpuError::Lost { reason: error.to_string() })?;
+    Ok(start.elapsed())
 }

@@ -85,9 +85,6 @@ pub enum GpuError {
         /// The device's limit.
         limit: u32,
     },
-    /// The GPU has no clock that passes can ask.
-    #[error("the GPU cannot measure how long its work takes: measure another one, or the CPU")]
-    NoTimestamps,
     /// The baked scene contradicts itself, or there is no such material or colour.
     #[error(transparent)]
     Input(#[from] RuntimeError),

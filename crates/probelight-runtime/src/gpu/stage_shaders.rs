@@ -45,7 +45,7 @@ pub(super) const RELIGHT_PROBES: Shader = Shader {
 };
 pub(super) const PROJECT_CLUSTERS: Shader = Shader {
     entry_point: "project_clusters",
-    parts: &[DISPATCH, SIGNAL_SHAPE, CLUSTER, UNPACK, include_str!("../shaders/project_clusters.wgsl")],
+    parts: &[DISPATCH, CLUSTER, UNPACK, include_str!("../shaders/project_clusters.wgsl")],
 };
 pub(super) const GATHER_RECEIVERS: Shader = Shader {
     entry_point: "gather_receivers",
