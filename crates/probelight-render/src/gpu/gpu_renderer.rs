@@ -40,6 +40,7 @@ pub struct GpuRenderer {
     queue: wgpu::Queue,
     baked: Arc<BakedScene>,
     attributes: wgpu::Buffer,
+    lightmap_faces: wgpu::Buffer,
     materials: Materials,
     frame: wgpu::Buffer,
     frame_layout: wgpu::BindGroupLayout,
@@ -78,6 +79,7 @@ impl GpuRenderer {
             let layouts = [shadow_maps.bind_group_layout(), &frame_layout, &materials.layout];
             Self {
                 attributes: surface_attributes::vertex_buffer(device, &baked, geometry),
+                lightmap_faces: surface_attributes::lightmap_faces(device, &baked, geometry),
                 pipelines: Pipelines::new(device, layouts),
                 frame: device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("frame"),
@@ -158,6 +160,7 @@ impl GpuRenderer {
             wgpu::BindingResource::TextureView(lightmap),
             wgpu::BindingResource::Sampler(&self.lightmap_sampler),
             wgpu::BindingResource::TextureView(&self.cluster_colors),
+            self.lightmap_faces.as_entire_binding(),
         ];
         bind(&self.device, "frame", &self.frame_layout, resources)
     }
@@ -315,6 +318,7 @@ fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         texture,
         wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
         texture,
+        buffer(wgpu::BufferBindingType::Storage { read_only: true }),
     ];
     layout(device, "frame", &types)
 }

@@ -64,9 +64,8 @@ impl Markers {
             })
         };
         let records: Vec<_> = surfels.flat_map(of_surfel).collect();
-        // Discs that together cover an eighth of the surface.
-        let share = baked.scene.surface_area() as f32 / records.len().max(1) as f32;
-        let radius = (share / (8.0 * std::f32::consts::PI)).sqrt();
+        // An eighth of a surfel's width: a few samples of one surfel stay apart.
+        let radius = baked.settings.surfel_size / 8.0;
         Self::new(device, "light samples", records, SLICES * 3, radius)
     }
 

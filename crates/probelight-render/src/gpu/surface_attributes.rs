@@ -18,8 +18,6 @@ struct CornerRecord {
     tangent: [i16; 4], //           24
     /// The triangle's own normal, as a fraction of 32767.
     face_normal: [i16; 4], //       32
-    /// Position in the lightmap of the front and the back face, texels; −1 without light of its own.
-    lightmap_position: [f32; 4], // 40
 }
 
 /// How the vertex buffer is laid out, in slot 1 after the positions.
@@ -31,7 +29,6 @@ pub(super) const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferL
         2 => Snorm16x4,
         3 => Snorm16x4,
         4 => Snorm16x4,
-        5 => Float32x4,
     ],
 };
 
@@ -52,9 +49,6 @@ pub(super) fn vertex_buffer(
 
 fn corners_of(baked: &BakedScene, triangle: u32) -> [CornerRecord; 3] {
     let scene = &baked.scene;
-    let front = positions(baked.lightmap.faces.get(triangle as usize));
-    let back_face = baked.lightmap.back_faces.get(triangle as usize).copied().unwrap_or(NONE);
-    let back = positions(baked.lightmap.faces.get(back_face as usize));
     let face_normal = snorm16(scene.geometric_normal(triangle as usize).extend(0.0));
     std::array::from_fn(|corner| {
         let vertex = scene.triangles[triangle as usize][corner] as usize;
@@ -65,8 +59,27 @@ fn corners_of(baked: &BakedScene, triangle: u32) -> [CornerRecord; 3] {
             normal: snorm16(scene.normals[vertex].extend(0.0)),
             tangent: snorm16(scene.tangents[vertex]),
             face_normal,
-            lightmap_position: [front[corner].x, front[corner].y, back[corner].x, back[corner].y],
         }
+    })
+}
+
+/// Corners of each triangle's front and back face in the lightmap, texels, in the order of the geometry's triangles;
+/// −1 without light of its own.
+pub(super) fn lightmap_faces(
+    device: &wgpu::Device,
+    baked: &BakedScene,
+    geometry: &SceneGeometry,
+) -> wgpu::Buffer {
+    let faces_of = |triangle: &u32| {
+        let triangle = *triangle as usize;
+        let back_face = baked.lightmap.back_faces.get(triangle).copied().unwrap_or(NONE);
+        [triangle, back_face as usize].map(|face| positions(baked.lightmap.faces.get(face)))
+    };
+    let faces: Vec<[[Vec2; 3]; 2]> = geometry.triangle_order.iter().map(faces_of).collect();
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("lightmap faces"),
+        contents: bytemuck::cast_slice(faces.as_flattened().as_flattened()),
+        usage: wgpu::BufferUsages::STORAGE,
     })
 }
 

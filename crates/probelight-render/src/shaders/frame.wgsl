@@ -44,4 +44,8 @@ const SHADING_PHYSICAL = 1u;
 // Colour of each lightmap texel's cluster.
 @group(1) @binding(3) var cluster_colors: texture_2d<f32>;
 
+// Corners of the front and the back face of each triangle in the lightmap, texels, in the order of the vertex buffer;
+// negative without light of its own.
+@group(1) @binding(4) var<storage, read> lightmap_faces: array<array<array<vec2f, 3>, 2>>;
+
 const PI = 3.14159265;

@@ -23,14 +23,15 @@ struct Material {
 
 struct SurfaceVertex {
     @builtin(position) clip_position: vec4f,
-    // Centroid: never outside the triangle, and so never outside its chart.
-    @location(0) @interpolate(perspective, centroid) position: vec3f,
-    // Texels: of the front face (xy) and of the back face (zw); −1 without light of its own.
-    @location(1) @interpolate(perspective, centroid) lightmap_position: vec4f,
+    @location(0) position: vec3f,
+    // Weights of the triangle's corners.
+    @location(1) barycentric: vec3f,
     @location(2) uv: vec4f,
     @location(3) normal: vec3f,
     @location(4) tangent: vec4f,
     @location(5) @interpolate(flat) face_normal: vec3f,
+    // Number of the triangle in the vertex buffer.
+    @location(6) @interpolate(flat) triangle: u32,
 }
 
 // One side of a surface. Normals are unit vectors on the side that is seen.
@@ -77,12 +78,21 @@ fn surface_at(vertex: SurfaceVertex) -> Surface {
     surface.roughness = material.roughness * roughness_metallic.x;
     surface.occlusion = occlusion;
     surface.emission = material.emission * emissive * select(frame.emissive_scale, 0.0, is_back);
-    surface.lightmap_position = select(vertex.lightmap_position.xy, vertex.lightmap_position.zw, is_back);
+    surface.lightmap_position = lightmap_position(vertex, u32(is_back));
     if frame.shading == SHADING_DIFFUSE {
         surface.normal = surface.face_normal;
         surface.occlusion = 1.0;
     }
     return surface;
+}
+
+// Where the light of one side lies, texels. The middle of a pixel at a triangle's border may lie outside the
+// triangle, and so outside its chart: weights are limited to the triangle.
+fn lightmap_position(vertex: SurfaceVertex, side: u32) -> vec2f {
+    let corners = lightmap_faces[vertex.triangle][side];
+    let inside = max(vertex.barycentric, vec3f(0.0));
+    let weights = inside / (inside.x + inside.y + inside.z);
+    return weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2];
 }
 
 // The vertices' normal with the normal map's bumps, on the side that is seen.

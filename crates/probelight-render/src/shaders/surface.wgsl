@@ -7,11 +7,12 @@ fn surface_vertex(
     @location(2) normal: vec4f,
     @location(3) tangent: vec4f,
     @location(4) face_normal: vec4f,
-    @location(5) lightmap_position: vec4f,
+    @builtin(vertex_index) index: u32,
 ) -> SurfaceVertex {
     let clip_position = frame.clip_from_world * vec4f(position, 1.0);
+    let barycentric = vec3f(vec3u(index % 3u) == vec3u(0u, 1u, 2u));
     return SurfaceVertex(
-        clip_position, position, lightmap_position, uv, normal.xyz, tangent, face_normal.xyz,
+        clip_position, position, barycentric, uv, normal.xyz, tangent, face_normal.xyz, index / 3u,
     );
 }
 
