@@ -50,6 +50,7 @@ mod frame_bytes;
 pub mod gpu;
 mod irradiance_lightmap;
 mod runtime;
+mod scene_state;
 
 pub use error::RuntimeError;
 pub use frame_bytes::frame_bytes;

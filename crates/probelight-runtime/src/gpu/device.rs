@@ -8,6 +8,8 @@ use std::sync::{Arc, OnceLock};
 
 use wgpu::{AdapterInfo, DeviceType, Features};
 
+use crate::RuntimeError;
+
 /// Why the GPU could not do what was asked.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
@@ -57,6 +59,35 @@ pub enum GpuError {
         /// What the driver said.
         reason: String,
     },
+    /// An array that shaders cannot bind.
+    #[error(
+        "the GPU can use arrays of up to {limit} bytes, and this scene needs {bytes} for its {content}: \
+         bake with fewer texels or probes, or use the CPU"
+    )]
+    TooLarge {
+        /// What the array holds.
+        content: &'static str,
+        /// Its length.
+        bytes: u64,
+        /// The device's limit.
+        limit: u64,
+    },
+    /// A lightmap that is no texture.
+    #[error(
+        "the lightmap has {width} × {height} texels, and the GPU's textures have up to {limit} along each side: \
+         bake with fewer texels, or use the CPU"
+    )]
+    LightmapTooLarge {
+        /// Width, texels.
+        width: u32,
+        /// Height of all pages, texels.
+        height: u32,
+        /// The device's limit.
+        limit: u32,
+    },
+    /// The baked scene contradicts itself, or there is no such material or colour.
+    #[error(transparent)]
+    Input(#[from] RuntimeError),
     /// The driver or the graphics library found a mistake in what it was asked to do.
     #[error("the GPU refused {purpose}: {reason}")]
     Refused {
