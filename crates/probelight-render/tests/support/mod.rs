@@ -1,0 +1,119 @@
+//! Small bakes of the bundled scenes under light, drawn on the GPU.
+#![allow(dead_code, reason = "each test binary uses a part")]
+
+use std::path::Path;
+use std::sync::Arc;
+
+use probelight_bake::{BakeOptions, bake};
+use probelight_math::glam::{Vec3, vec3};
+use probelight_render::gpu::{GpuRenderer, GpuView, PictureTarget, UploadedLight, ViewOptions};
+use probelight_render::{DisplayImage, Exposure, Image, ToneMap};
+use probelight_runtime::Runtime;
+use probelight_runtime::gpu::{GpuDevice, ShadowMapOptions};
+use probelight_scene::{Camera, Light, Lighting, Sky, load_gltf};
+use probelight_trace::Silent;
+
+/// A scene, its light, and where it is looked at from.
+pub(crate) struct LitExample {
+    pub(crate) runtime: Runtime,
+    pub(crate) camera: Camera,
+}
+
+/// A bundled scene, baked as quickly as it still looks like something.
+pub(crate) fn lit_scene(name: &str) -> LitExample {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../assets/scenes/{name}.glb"));
+    let options = BakeOptions {
+        receivers: Some(if name == "atrium" { 6_000 } else { 3_000 }),
+        gather_rays: Some(64),
+        relight_rays: Some(128),
+        sh_degree: Some(3),
+        max_rank: Some(12),
+        ..BakeOptions::default()
+    };
+    let baked = bake(Arc::new(load_gltf(&path).unwrap()), &options, None, &Silent).unwrap();
+    let mut runtime = Runtime::new(Arc::new(baked)).unwrap();
+    runtime.set_lighting(lighting(name));
+    runtime.converge(1e-3, 30);
+    LitExample { runtime, camera: camera(name) }
+}
+
+fn lighting(name: &str) -> Lighting {
+    let sun = |direction: Vec3, sky: Vec3| Lighting {
+        lights: vec![Light::Directional {
+            direction: direction.normalize(),
+            irradiance: vec3(20.0, 18.0, 15.0),
+        }],
+        sky: Sky::Gradient { zenith: sky, horizon: 1.5 * sky, ground: 0.3 * sky },
+        emissive_scale: 1.0,
+    };
+    match name {
+        "cornell" => Lighting {
+            lights: vec![Light::Point { position: vec3(2.0, 4.4, 1.6), intensity: vec3(12.0, 11.0, 9.0) }],
+            sky: Sky::default(),
+            emissive_scale: 0.1,
+        },
+        "rooms" => sun(vec3(-0.1, -0.8, 0.7), vec3(0.4, 0.55, 0.8)),
+        _ => sun(vec3(0.35, -1.0, 0.3), vec3(0.6, 0.9, 1.5)),
+    }
+}
+
+fn camera(name: &str) -> Camera {
+    let (position, target, degrees): (Vec3, Vec3, f32) = match name {
+        "cornell" => (vec3(2.78, 2.73, -8.0), vec3(2.78, 2.73, 0.0), 39.3),
+        "rooms" => (vec3(0.6, 1.6, 4.4), vec3(5.8, 1.2, 1.2), 65.0),
+        _ => (vec3(-12.0, 1.7, 0.0), vec3(4.0, 3.6, 0.0), 60.0),
+    };
+    let (width, height) = (320, 240);
+    Camera {
+        name: name.into(),
+        position,
+        target,
+        up: Vec3::Y,
+        vertical_fov: degrees.to_radians(),
+        width,
+        height,
+    }
+}
+
+/// Draws one scene with the light of its CPU runtime.
+pub(crate) struct GpuPictures<'a> {
+    gpu: &'a GpuDevice,
+    light: UploadedLight,
+    renderer: GpuRenderer,
+}
+
+impl<'a> GpuPictures<'a> {
+    pub(crate) fn new(gpu: &'a GpuDevice, lit: &LitExample) -> Self {
+        let GpuDevice { device, queue, .. } = gpu;
+        let baked = lit.runtime.baked();
+        let light = UploadedLight::new(device, queue, baked, ShadowMapOptions::default()).unwrap();
+        let (geometry, shadow_maps) = (light.geometry(), light.shadow_maps());
+        let renderer = GpuRenderer::new(device, queue, baked.clone(), geometry, shadow_maps).unwrap();
+        Self { gpu, light, renderer }
+    }
+
+    pub(crate) fn draw(&mut self, lit: &LitExample, options: ViewOptions) -> Image {
+        let GpuDevice { device, queue, .. } = self.gpu;
+        let target = PictureTarget::new(device, lit.camera.width, lit.camera.height).unwrap();
+        self.light.update(device, queue, &lit.runtime).unwrap();
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.light.encode(&mut encoder);
+        self.renderer.draw(&mut encoder, &target, &self.light.scene(&lit.runtime), &lit.camera, options);
+        queue.submit([encoder.finish()]);
+        target.read(device, queue).unwrap()
+    }
+}
+
+pub(crate) fn write(image: &Image, view: GpuView, path: &str) {
+    let display = if view.is_light() {
+        ToneMap::new(Exposure::Automatic, image).apply(image)
+    } else {
+        let encode = |p: &Vec3| probelight_math::color::srgb8_from_linear(*p);
+        DisplayImage {
+            width: image.width,
+            height: image.height,
+            pixels: image.pixels.iter().map(encode).collect(),
+        }
+    };
+    display.write_png(Path::new(path)).unwrap();
+}
