@@ -3,56 +3,56 @@
 //! WebGPU guarantees bindings of 128 MiB, and the matrices of large scenes are longer. A shard holds neighbouring
 //! clusters, whole ones, with all that belongs to them; its offsets count from its own start.
 
+use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 
 use probelight_asset::{BakedScene, Cluster};
 
 use super::device::GpuError;
 use super::frame_buffers::RGB_BYTES;
-use super::shared_struct::shared_struct;
 use super::storage::Storage;
 
 /// Receivers of a workgroup of `gather_receivers`: `BLOCK` in its shader.
 pub(super) const GATHER_BLOCK: u32 = 256;
 
-shared_struct! {
-    /// Where a cluster's parts lie in the buffers of its shard.
-    pub(super) struct ClusterRecord {
-        /// First receiver, among all receivers.
-        pub(super) first_receiver: u32,
-        /// First of its texels in the shard's.
-        pub(super) first_texel: u32,
-        /// Number of receivers.
-        pub(super) receiver_count: u32,
-        /// First column of ΣVᵀ in the shard's numbers of signals.
-        pub(super) first_column: u32,
-        /// Number of columns.
-        pub(super) column_count: u32,
-        /// Singular values stored as half floats.
-        pub(super) rank_f16: u32,
-        /// As eight bits.
-        pub(super) rank_snorm8: u32,
-        /// As four bits.
-        pub(super) rank_snorm4: u32,
-        /// First word of U.
-        pub(super) receiver_basis_offset: u32,
-        /// First word of ΣVᵀ.
-        pub(super) signal_basis_offset: u32,
-        /// First row scale, and first row of b.
-        pub(super) first_row: u32,
-        /// First word of the column exponents.
-        pub(super) exponent_offset: u32,
-    }
+/// Where a cluster's parts lie in the buffers of its shard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct ClusterRecord {
+    /// First receiver, among all receivers.
+    pub(super) first_receiver: u32,
+    /// First of its texels in the shard's.
+    pub(super) first_texel: u32,
+    /// Number of receivers.
+    pub(super) receiver_count: u32,
+    /// First column of ΣVᵀ in the shard's numbers of signals.
+    pub(super) first_column: u32,
+    /// Number of columns.
+    pub(super) column_count: u32,
+    /// Singular values stored as half floats.
+    pub(super) rank_f16: u32,
+    /// As eight bits.
+    pub(super) rank_snorm8: u32,
+    /// As four bits.
+    pub(super) rank_snorm4: u32,
+    /// First word of U.
+    pub(super) receiver_basis_offset: u32,
+    /// First word of ΣVᵀ.
+    pub(super) signal_basis_offset: u32,
+    /// First row scale, and first row of b.
+    pub(super) first_row: u32,
+    /// First word of the column exponents.
+    pub(super) exponent_offset: u32,
 }
 
-shared_struct! {
-    /// What one workgroup of `gather_receivers` computes.
-    pub(super) struct GatherTask {
-        /// Index of the cluster in its shard.
-        pub(super) cluster: u32,
-        /// First receiver, counted within the cluster.
-        pub(super) first: u32,
-    }
+/// What one workgroup of `gather_receivers` computes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GatherTask {
+    /// Index of the cluster in its shard.
+    pub(super) cluster: u32,
+    /// First receiver, counted within the cluster.
+    pub(super) first: u32,
 }
 
 /// Some clusters in the memory of a GPU.

@@ -1,12 +1,12 @@
 //! Stage 5: texels around the charts. The twin of [`cpu::dilate_lightmap`](crate::cpu::dilate_lightmap).
 
+use bytemuck::{Pod, Zeroable};
 use probelight_asset::BakedScene;
 use wgpu::BindingResource;
 
 use super::device::GpuError;
 use super::frame_buffers::{FrameBuffers, level_view};
 use super::kernel::Kernel;
-use super::shared_struct::shared_struct;
 use super::stage_shaders::DILATE_LIGHTMAP;
 use super::storage::Storage;
 use super::surfel_shards::receivers_of_texels;
@@ -14,14 +14,14 @@ use super::surfel_shards::receivers_of_texels;
 /// Invocations of a workgroup.
 pub(super) const WORKGROUP: usize = 64;
 
-shared_struct! {
-    /// A texel outside the charts and the receiver whose light it repeats.
-    pub(super) struct TexelCopy {
-        /// Index of the texel.
-        pub(super) texel: u32,
-        /// Index of the receiver.
-        pub(super) receiver: u32,
-    }
+/// A texel outside the charts and the receiver whose light it repeats.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct TexelCopy {
+    /// Index of the texel.
+    pub(super) texel: u32,
+    /// Index of the receiver.
+    pub(super) receiver: u32,
 }
 
 /// Fills the texels around charts that bilinear lookups touch.

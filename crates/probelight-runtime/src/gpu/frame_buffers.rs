@@ -1,10 +1,10 @@
 //! What the stages of a frame hand to each other.
 
+use bytemuck::{Pod, Zeroable};
 use probelight_asset::BakedScene;
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::device::GpuError;
-use super::shared_struct::shared_struct;
 use super::storage::Storage;
 
 /// Format of the irradiance lightmap: filterable everywhere, and precise enough for light (eleven bits).
@@ -13,18 +13,18 @@ pub const LIGHTMAP_FORMAT: TextureFormat = TextureFormat::Rgba16Float;
 /// Levels of the lightmap. A texel of the coarsest is eight of the finest wide; beyond, charts would blend.
 const MOST_LEVELS: u32 = 4;
 
-shared_struct! {
-    /// How the signals are laid out.
-    pub(super) struct SignalShape {
-        /// Number of scalar signals.
-        pub(super) scalar_signals: u32,
-        /// Coefficients per probe.
-        pub(super) coefficients: u32,
-        /// Relight rays per probe.
-        pub(super) rays: u32,
-        /// Number of probes.
-        pub(super) probes: u32,
-    }
+/// How the signals are laid out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct SignalShape {
+    /// Number of scalar signals.
+    pub(super) scalar_signals: u32,
+    /// Coefficients per probe.
+    pub(super) coefficients: u32,
+    /// Relight rays per probe.
+    pub(super) rays: u32,
+    /// Number of probes.
+    pub(super) probes: u32,
 }
 
 /// Signals, irradiance and lightmap: they stay on the GPU from frame to frame.
@@ -38,12 +38,15 @@ pub struct FrameBuffers {
     /// Irradiance per texel of the lightmap, W/m², with [`LIGHTMAP_FORMAT`]. Texel (x, y) of level 0 is that of the
     /// CPU's [`IrradianceLightmap`](crate::IrradianceLightmap). Alpha is 1 where there is light, else 0.
     pub lightmap: wgpu::Texture,
+    /// All levels of it.
+    pub lightmap_view: wgpu::TextureView,
     pub(super) shape: wgpu::Buffer,
 }
 
 impl FrameBuffers {
     /// Darkness.
     pub(super) fn new(storage: &Storage, baked: &BakedScene) -> Result<Self, GpuError> {
+        let lightmap = new_lightmap(storage.device, baked.lightmap.width, baked.lightmap.height)?;
         let shape = SignalShape {
             scalar_signals: baked.scalar_signals() as u32,
             coefficients: baked.coefficients() as u32,
@@ -55,7 +58,8 @@ impl FrameBuffers {
         Ok(Self {
             signals: storage.zeros("signals", RGB_BYTES * signals)?,
             irradiance: storage.zeros("irradiance", RGB_BYTES * baked.receiver_texels.len() as u64)?,
-            lightmap: new_lightmap(storage.device, baked.lightmap.width, baked.lightmap.height)?,
+            lightmap_view: lightmap.create_view(&wgpu::TextureViewDescriptor::default()),
+            lightmap,
             shape: storage.uniform("signal shape", &shape),
         })
     }

@@ -142,6 +142,12 @@ impl GpuRuntime {
         &self.buffers
     }
 
+    /// The irradiance lightmap with all its levels, for renderers; see [`FrameBuffers::lightmap`]. It stays the same
+    /// texture for the life of the runtime.
+    pub fn lightmap_view(&self) -> &wgpu::TextureView {
+        &self.buffers.lightmap_view
+    }
+
     /// The light sources of the next frame.
     pub fn lighting(&self) -> &Lighting {
         &self.state.lighting

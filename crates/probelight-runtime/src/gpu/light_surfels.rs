@@ -3,6 +3,7 @@
 //! Direct light and shading are kept from frame to frame as on the CPU. What is tiny, the signals of emitters and
 //! of the sky, the CPU computes when it changes.
 
+use bytemuck::{Pod, Zeroable};
 use probelight_asset::BakedScene;
 use probelight_math::color::linear_from_srgb;
 use probelight_math::glam::Vec3;
@@ -11,7 +12,6 @@ use probelight_scene::{Lighting, Sky};
 use super::device::GpuError;
 use super::frame_buffers::{FrameBuffers, RGB_BYTES};
 use super::kernel::{Kernel, whole};
-use super::shared_struct::shared_struct;
 use super::stage_shaders::{LIGHT_SAMPLES, LIGHT_SURFELS, SHADE_SURFELS};
 use super::storage::Storage;
 use super::surfel_groups::SurfelGroups;
@@ -22,14 +22,14 @@ use crate::cpu::{SkyProjection, SurfaceColors};
 /// Invocations of a workgroup.
 pub(super) const WORKGROUP: usize = 64;
 
-shared_struct! {
-    /// What a material contributes.
-    pub(super) struct MaterialColors {
-        /// Linear base colour factor.
-        pub(super) base_color: [f32; 4],
-        /// Radiance that surfels on it emit, W·m⁻²·sr⁻¹; zero where emitters carry it.
-        pub(super) emission: [f32; 4],
-    }
+/// What a material contributes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct MaterialColors {
+    /// Linear base colour factor.
+    pub(super) base_color: [f32; 4],
+    /// Radiance that surfels on it emit, W·m⁻²·sr⁻¹; zero where emitters carry it.
+    pub(super) emission: [f32; 4],
 }
 
 /// Lights the surfels.

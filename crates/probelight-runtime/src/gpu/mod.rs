@@ -19,7 +19,7 @@
 //! | `exchange` | reading it, and replacing it in tests |
 //! | `light_surfels` … `reduce_lightmap` | a stage each |
 //! | `surfel_shards`, `surfel_groups`, `cluster_shards` | the baked scene, arranged for the shaders |
-//! | [`stage_shaders`], `shared_struct`, `kernel`, `storage` | shaders, structs that they share with the host, buffers |
+//! | [`stage_shaders`], `kernel`, `storage` | shaders, what they are bound to, buffers |
 //! | [`timestamps`], [`benchmark`] | how long stages take, and what the memory allows |
 //! | [`scene_geometry`] | the scene's triangles, for shadows and renderers |
 //! | [`shadow_views`] | what each light sees the scene through; light records |
@@ -47,7 +47,6 @@ mod shader_tests;
 pub mod shaders;
 pub mod shadow_maps;
 pub mod shadow_views;
-mod shared_struct;
 pub mod stage;
 pub mod stage_shaders;
 mod storage;

@@ -9,7 +9,7 @@ use super::cluster_shards::{ClusterRecord, GATHER_BLOCK, GatherTask};
 use super::dilate_lightmap::TexelCopy;
 use super::frame_buffers::SignalShape;
 use super::light_surfels::MaterialColors;
-use super::shared_struct::{SharedField, SharedStruct};
+use super::shadow_views::{LightRecord, LightsRecord, ShadowViewRecord};
 use super::stage_shaders::STAGE_SHADERS;
 use super::surfel_groups::{GroupRecord, Levels};
 use super::surfel_shards::{Bounce, SampleColors, SamplePlace};
@@ -82,53 +82,86 @@ fn structs_of(module: &Module) -> HashMap<String, Layout> {
     module.types.iter().filter_map(layout).collect()
 }
 
-/// Compares a struct with all shaders that declare it; says what differs.
-fn compare<T: SharedStruct>(modules: &[(&str, Module)]) -> Result<(), String> {
-    let expected: Vec<(String, usize, usize)> =
-        T::FIELDS.iter().map(|SharedField { name, offset, size }| ((*name).into(), *offset, *size)).collect();
-    let mut declarations = 0;
-    for (entry_point, module) in modules {
-        if let Some((fields, size)) = structs_of(module).get(T::NAME) {
-            declarations += 1;
-            if (fields, *size) != (&expected, size_of::<T>()) {
-                return Err(format!("{} in {entry_point}: {fields:?}, here {expected:?}", T::NAME));
-            }
-        }
+/// Bytes of the field that `field` takes.
+fn size_behind<S, F>(_field: fn(&S) -> &F) -> usize {
+    size_of::<F>()
+}
+
+/// Compares a struct of the host with all shaders that declare one of that name; says what differs. A field that is
+/// not listed differs, too.
+fn compare(modules: &[(&str, Module)], name: &str, expected: &Layout) -> Result<(), String> {
+    let declarations: Vec<(&str, Layout)> = modules
+        .iter()
+        .filter_map(|(shader, module)| Some((*shader, structs_of(module).remove(name)?)))
+        .collect();
+    if declarations.is_empty() {
+        return Err(format!("no shader declares {name}"));
     }
-    if declarations == 0 { Err(format!("no shader declares {}", T::NAME)) } else { Ok(()) }
+    match declarations.into_iter().find(|(_, layout)| layout != expected) {
+        Some((shader, layout)) => Err(format!("{name} in {shader} is {layout:?}, here {expected:?}")),
+        None => Ok(()),
+    }
+}
+
+/// [`compare`] for a `#[repr(C)]` struct and its name and fields in WGSL.
+macro_rules! compare {
+    ($modules:expr, $type:ty as $name:literal { $($field:ident),* }) => {{
+        let fields = [$((
+            stringify!($field).to_owned(),
+            std::mem::offset_of!($type, $field),
+            size_behind(|record: &$type| &record.$field),
+        )),*];
+        compare($modules, $name, &(fields.to_vec(), size_of::<$type>()))
+    }};
 }
 
 #[test]
 fn structs_are_the_same_on_both_sides() {
-    let modules = stage_modules();
+    let m = &stage_modules();
     let results = [
-        compare::<SamplePlace>(&modules),
-        compare::<SampleColors>(&modules),
-        compare::<Bounce>(&modules),
-        compare::<MaterialColors>(&modules),
-        compare::<GroupRecord>(&modules),
-        compare::<Levels>(&modules),
-        compare::<SignalShape>(&modules),
-        compare::<ClusterRecord>(&modules),
-        compare::<GatherTask>(&modules),
-        compare::<TexelCopy>(&modules),
+        compare!(m, SamplePlace as "SamplePlace" { position, padding_a, normal, padding_b }),
+        compare!(m, SampleColors as "SampleColors" { base_color, emission, material }),
+        compare!(m, Bounce as "Bounce" { reflectance, receiver }),
+        compare!(m, MaterialColors as "MaterialColors" { base_color, emission }),
+        compare!(m, GroupRecord as "GroupRecord" { first, second, first_weight, signal }),
+        compare!(m, Levels as "Levels" { first_group, level_count }),
+        compare!(m, SignalShape as "SignalShape" { scalar_signals, coefficients, rays, probes }),
+        compare!(m, ClusterRecord as "ClusterRecord" {
+            first_receiver, first_texel, receiver_count, first_column, column_count, rank_f16, rank_snorm8,
+            rank_snorm4, receiver_basis_offset, signal_basis_offset, first_row, exponent_offset
+        }),
+        compare!(m, GatherTask as "GatherTask" { cluster, first }),
+        compare!(m, TexelCopy as "TexelCopy" { texel, receiver }),
+        compare!(m, LightRecord as "Light" {
+            position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count, unused
+        }),
+        compare!(m, ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),
     ];
     for result in results {
         result.unwrap();
     }
+    // The end of `LightsRecord` fills it up to a multiple of sixteen bytes, which WGSL does by itself.
+    let lights = m.iter().find_map(|(_, module)| structs_of(module).remove("Lights")).unwrap();
+    assert_eq!(lights.1, size_of::<LightsRecord>());
+    assert_eq!(lights.0[1].1, std::mem::offset_of!(LightsRecord, count));
 }
 
 #[test]
 fn the_comparison_of_structs_notices_a_wrong_field() {
+    let compare_with = |source: &str| {
+        let modules = [("wrong", parse(source))];
+        compare!(&modules, TexelCopy as "TexelCopy" { texel, receiver })
+    };
     for wrong in [
         "struct TexelCopy { receiver: u32, texel: u32 }",
         "struct TexelCopy { texel: u32 }",
         "struct TexelCopy { texel: u32, receiver: vec2u }",
+        "struct TexelCopy { texel: u32, receiver: u32, more: u32 }",
         "struct Another { texel: u32, receiver: u32 }",
     ] {
-        assert!(compare::<TexelCopy>(&[("wrong", parse(wrong))]).is_err(), "{wrong}");
+        assert!(compare_with(wrong).is_err(), "{wrong}");
     }
-    compare::<TexelCopy>(&[("right", parse("struct TexelCopy { texel: u32, receiver: u32 }"))]).unwrap();
+    compare_with("struct TexelCopy { texel: u32, receiver: u32 }").unwrap();
 }
 
 /// Value of an integer constant of a shader.

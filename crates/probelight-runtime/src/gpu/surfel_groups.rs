@@ -1,5 +1,6 @@
 //! Surfel groups, sorted so that all of a level can be computed at once.
 
+use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 
 use probelight_asset::BakedScene;
@@ -7,7 +8,6 @@ use probelight_asset::BakedScene;
 use super::device::GpuError;
 use super::frame_buffers::FrameBuffers;
 use super::kernel::{Kernel, whole};
-use super::shared_struct::shared_struct;
 use super::stage_shaders::{GROUP_LEVEL, GROUP_LEVELS};
 use super::storage::Storage;
 
@@ -17,28 +17,28 @@ pub(super) const WORKGROUP: usize = 256;
 /// Levels with more groups than this get a dispatch of their own; narrower ones share one workgroup.
 const WIDE: usize = 4 * WORKGROUP;
 
-shared_struct! {
-    /// One surfel group.
-    pub(super) struct GroupRecord {
-        /// Signal of the first patch.
-        pub(super) first: u32,
-        /// Signal of the second.
-        pub(super) second: u32,
-        /// Share of the first in the area.
-        pub(super) first_weight: f32,
-        /// Signal of the group.
-        pub(super) signal: u32,
-    }
+/// One surfel group.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GroupRecord {
+    /// Signal of the first patch.
+    pub(super) first: u32,
+    /// Signal of the second.
+    pub(super) second: u32,
+    /// Share of the first in the area.
+    pub(super) first_weight: f32,
+    /// Signal of the group.
+    pub(super) signal: u32,
 }
 
-shared_struct! {
-    /// Which levels a dispatch computes.
-    pub(super) struct Levels {
-        /// First group of the first level.
-        pub(super) first_group: u32,
-        /// Number of levels whose ends count.
-        pub(super) level_count: u32,
-    }
+/// Which levels a dispatch computes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Levels {
+    /// First group of the first level.
+    pub(super) first_group: u32,
+    /// Number of levels whose ends count.
+    pub(super) level_count: u32,
 }
 
 /// Radiance of all surfel groups.

@@ -9,6 +9,7 @@
 //!  samples   │0 1 2│ 3 │4 5 6 7│8 9 10 │11 │     read when lights or colours change
 //! ```
 
+use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 
 use probelight_asset::{BakedScene, LightSample, NONE};
@@ -17,43 +18,42 @@ use probelight_math::glam::Vec3;
 use super::cluster_shards::divide;
 use super::device::GpuError;
 use super::frame_buffers::RGB_BYTES;
-use super::shared_struct::shared_struct;
 use super::storage::Storage;
 
-shared_struct! {
-    /// Where a light sample is.
-    pub(super) struct SamplePlace {
-        /// World position on the surface, metres.
-        pub(super) position: [f32; 3],
-        /// Fills the record.
-        pub(super) padding_a: f32,
-        /// Unit geometric normal of the sample's side.
-        pub(super) normal: [f32; 3],
-        /// Fills the record.
-        pub(super) padding_b: f32,
-    }
+/// Where a light sample is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct SamplePlace {
+    /// World position on the surface, metres.
+    pub(super) position: [f32; 3],
+    /// Fills the record.
+    pub(super) padding_a: f32,
+    /// Unit geometric normal of the sample's side.
+    pub(super) normal: [f32; 3],
+    /// Fills the record.
+    pub(super) padding_b: f32,
 }
 
-shared_struct! {
-    /// A light sample's textures and material.
-    pub(super) struct SampleColors {
-        /// Base colour texture, sRGB-encoded, red in the lowest byte.
-        pub(super) base_color: u32,
-        /// Emissive texture, sRGB-encoded; zero on back faces, which do not shine.
-        pub(super) emission: u32,
-        /// Index of the material.
-        pub(super) material: u32,
-    }
+/// A light sample's textures and material.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct SampleColors {
+    /// Base colour texture, sRGB-encoded, red in the lowest byte.
+    pub(super) base_color: u32,
+    /// Emissive texture, sRGB-encoded; zero on back faces, which do not shine.
+    pub(super) emission: u32,
+    /// Index of the material.
+    pub(super) material: u32,
 }
 
-shared_struct! {
-    /// What a surfel reflects of one receiver's light.
-    pub(super) struct Bounce {
-        /// Sum of the samples' ρ/π, divided by the number of the surfel's samples.
-        pub(super) reflectance: [f32; 3],
-        /// The receiver, or [`NONE`].
-        pub(super) receiver: u32,
-    }
+/// What a surfel reflects of one receiver's light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Bounce {
+    /// Sum of the samples' ρ/π, divided by the number of the surfel's samples.
+    pub(super) reflectance: [f32; 3],
+    /// The receiver, or [`NONE`].
+    pub(super) receiver: u32,
 }
 
 /// Some surfels in the memory of a GPU.
