@@ -22,8 +22,8 @@ pub(crate) struct SettingFlags {
     /// Lightmap texels per metre, instead of --receivers
     #[arg(long, value_name = "T")]
     texel_density: Option<f32>,
-    /// Gather rays per receiver: less noise in the light, longer bake [default: by --quality, with
-    /// --method paper twice that]
+    /// Gather rays per receiver: less noise in the light, longer bake [default: by --quality; up to four
+    /// times that where receivers are few; with --method paper twice that]
     #[arg(long, value_name = "N")]
     rays: Option<u32>,
     /// Most singular values kept per cluster: larger file, less error [default: by --quality]

@@ -5,6 +5,7 @@
 
 mod backend;
 mod bake_settings;
+mod bench_report;
 mod bundled;
 mod cli;
 mod commands;
@@ -15,6 +16,7 @@ mod interrupt;
 mod matrix_figures;
 mod output;
 mod points;
+mod stage_clock;
 
 use std::io::Write;
 use std::process::ExitCode;

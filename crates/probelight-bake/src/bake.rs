@@ -53,12 +53,14 @@ pub fn bake(
     let lit_sides = LitSides::find(&tracer, resolved.smallest_spacing() * 0.5, resolved.settings.seed);
     let atlas = fit_layout(&tracer, &lit_sides, &seams, options.use_uv1, &mut resolved, progress)?;
     let mut receivers = place_receivers(&tracer, &atlas, &lit_sides);
+    resolved.set_receiver_count(receivers.receivers.len());
     let probes = place_probes(&tracer, &resolved, &lit_sides, &receivers.receivers, progress)?;
     let directions = progressive_sphere(resolved.settings.relight_rays as usize);
     let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
     let probe_set = PointGrid::of(&probes, resolved.settings.probe_spacing * 0.5);
     assign_outlooks(&tracer, &probe_set, &directions, &relight_hits, &mut receivers.receivers);
-    receivers.points.keep_those_in_sight(&tracer, &receivers.receivers, &probe_set);
+    let texel_size = 1.0 / resolved.settings.texels_per_meter;
+    receivers.points.keep_those_in_sight(&tracer, &receivers.receivers, &probe_set, texel_size);
     let light = SceneLight::prepare(
         &SceneParts { tracer: &tracer, atlas: &atlas, receivers: &receivers, probes: &probes },
         &directions,

@@ -40,7 +40,8 @@ pub struct BakeOptions {
     /// Distance from a receiver beyond which it takes light from probes, not from surfels. Default: eight
     /// surfel widths.
     pub near_radius: Option<f32>,
-    /// Gather rays per receiver. Default 256, with the paper's method 512.
+    /// Gather rays per receiver. Default 256, with the paper's method 512; with the hybrid method two or four
+    /// times as many where there are so few receivers that all rays together stay below 100 million.
     pub gather_rays: Option<u32>,
     /// Relight rays per probe. Default 512 (\[SED\] §5.1).
     pub relight_rays: Option<u32>,
@@ -76,6 +77,10 @@ const TEXELS_PER_SURFEL: f32 = 2.5;
 
 /// Default near radius in surfel widths: farther away, probes see as finely as the surfels are.
 const SURFELS_PER_NEAR_RADIUS: f32 = 8.0;
+
+/// How often the rays of a receiver are doubled where there are few receivers. Their noise halves with each two
+/// doublings, while the texels' size remains.
+const DOUBLINGS_OF_RAYS: u32 = 2;
 
 /// Defaults that depend on the method.
 struct MethodDefaults {
@@ -131,6 +136,8 @@ pub(crate) struct Resolved {
     pub(crate) target_is_limit: bool,
     /// Probe spacing everywhere, if the user fixed the density.
     pub(crate) uniform_spacing: bool,
+    /// Gather rays of all receivers together that the default may grow to; none if the user fixed the rays.
+    pub(crate) ray_budget: Option<u64>,
 }
 
 impl Resolved {
@@ -151,6 +158,16 @@ impl Resolved {
         }
         if settings.method == Method::Hybrid {
             settings.near_radius.get_or_insert(SURFELS_PER_NEAR_RADIUS * settings.surfel_size);
+        }
+    }
+
+    /// Takes note of the number of receivers: where they are few, each can have more rays.
+    pub(crate) fn set_receiver_count(&mut self, receivers: usize) {
+        let Some(budget) = self.ray_budget else { return };
+        for _ in 0..DOUBLINGS_OF_RAYS {
+            if 2 * u64::from(self.settings.gather_rays) * receivers as u64 <= budget {
+                self.settings.gather_rays *= 2;
+            }
         }
     }
 
@@ -239,7 +256,10 @@ impl BakeOptions {
             (None, Some(_)) => (Some(receivers), false),
             (None, None) => (Some(preset.max_receivers), true),
         };
+        let may_grow = method == Method::Hybrid && self.gather_rays.is_none();
+        let ray_budget = u64::from(preset.max_receivers) * u64::from(preset.gather_rays);
         Ok(Resolved {
+            ray_budget: may_grow.then_some(ray_budget),
             settings,
             receiver_target,
             target_is_limit,

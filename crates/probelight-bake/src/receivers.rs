@@ -215,7 +215,7 @@ fn find_valid_sample(
 /// The receiver of a texel whose sample point is at lightmap position `point` of a face.
 fn receiver_at(tracer: &Tracer, atlas: &Atlas, texel: u32, face: u32, point: Vec2) -> Receiver {
     let barycentric = barycentric_of(point, atlas.faces[face as usize].corners);
-    let SamplePoint { triangle, barycentric, position, normal } =
+    let SamplePoint { triangle, barycentric, position, normal, .. } =
         point_on_face(tracer, atlas, face, barycentric);
     let (chart, is_back_face) = (atlas.face_charts[face as usize], atlas.is_back_face(face));
     Receiver { texel, chart, triangle, barycentric, is_back_face, position, normal, outlook: None }

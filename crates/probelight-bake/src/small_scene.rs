@@ -52,7 +52,8 @@ impl SmallScene {
         let hits = trace_relight_rays(&tracer, &probes, &directions, &Silent).unwrap();
         let grid = PointGrid::of(&probes, resolved.settings.probe_spacing * 0.5);
         assign_outlooks(&tracer, &grid, &directions, &hits, &mut receivers.receivers);
-        receivers.points.keep_those_in_sight(&tracer, &receivers.receivers, &grid);
+        let texel_size = 1.0 / resolved.settings.texels_per_meter;
+        receivers.points.keep_those_in_sight(&tracer, &receivers.receivers, &grid, texel_size);
         let parts = SceneParts { tracer: &tracer, atlas: &atlas, receivers: &receivers, probes: &probes };
         let light = SceneLight::prepare(&parts, &directions, &hits, &resolved.settings, &Silent).unwrap();
         Self { tracer, atlas, receivers, light, resolved }

@@ -25,7 +25,7 @@ pub(crate) struct SurfelTree {
     pub(crate) light_samples: Vec<LightSample>,
     pub(crate) surfels: Vec<Surfel>,
     pub(crate) groups: Vec<SurfelGroup>,
-    /// Areas of the surfels, then of the groups, up to a common factor.
+    /// Exposed areas of the surfels, then of the groups, up to a common factor.
     pub(crate) sizes: Vec<u32>,
     /// Number of surfels in each patch.
     surfel_counts: Vec<u32>,
@@ -249,12 +249,13 @@ impl Builder<'_> {
         Patch::Surfel(surfel)
     }
 
-    /// Area of a group of receivers, in points: these are equally dense everywhere.
+    /// Exposed area of a group of receivers: their points are equally dense everywhere.
     fn area(&self, group: &[u32]) -> u32 {
-        group.iter().map(|r| self.points.of(*r).len() as u32).sum()
+        group.iter().flat_map(|r| self.points.of(*r)).map(|point| u32::from(point.exposure)).sum()
     }
 
-    /// Divides a surfel's points into parts of equal area, as many as it may have samples, and adds one for each.
+    /// Divides a surfel's points into parts of equal exposed area, as many as it may have samples, and adds one
+    /// for each: the mean of the samples is what the surfel shows to others.
     fn add_samples(&self, mut points: Vec<TexelPoint>, most: usize, tree: &mut SurfelTree) {
         if most <= 1 || points.len() == 1 {
             tree.light_samples.push(self.light_sample(&points));
@@ -264,7 +265,7 @@ impl Builder<'_> {
         let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
         let at = |p: &TexelPoint| p.point.position[axis];
         points.sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.receiver.cmp(&b.receiver)));
-        let upper = points.split_off(points.len() * (most / 2) / most);
+        let upper = points.split_off(middle_by_exposure(&points, (most / 2) as f32 / most as f32));
         if points.is_empty() {
             return self.add_samples(upper, most - most / 2, tree);
         }
@@ -292,6 +293,18 @@ impl Builder<'_> {
             mean(&|triangle, at| self.scene.emission_texel(triangle, at)),
         )
     }
+}
+
+/// Where to part points so that the first of them have that share of the exposure.
+fn middle_by_exposure(points: &[TexelPoint], share: f32) -> usize {
+    let exposure = |p: &TexelPoint| u32::from(p.point.exposure);
+    let wanted = share * points.iter().map(exposure).sum::<u32>() as f32;
+    let mut sum = 0.0;
+    let below = |p: &&TexelPoint| {
+        sum += exposure(p) as f32;
+        sum <= wanted
+    };
+    points.iter().take_while(below).count()
 }
 
 fn light_sample_at(tracer: &Tracer, atlas: &Atlas, hit: &Hit, position: Vec3) -> LightSample {

@@ -5,8 +5,8 @@
 
 use probelight_asset::NONE;
 use probelight_math::glam::{Vec2, Vec3};
-use probelight_math::sampling::sobol_owen;
-use probelight_trace::Tracer;
+use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
+use probelight_trace::{Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::atlas::Atlas;
@@ -20,6 +20,9 @@ const INSET: f32 = 2e-3;
 /// A point of a texel's surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SamplePoint {
+    /// How much of what leaves the point gets away from the surface, percent; at least one. What lies under
+    /// a carpet or behind a panel is surface, but hardly anything sees it.
+    pub(crate) exposure: u8,
     pub(crate) triangle: u32,
     /// Barycentric weights of the second and third corner.
     pub(crate) barycentric: Vec2,
@@ -47,30 +50,48 @@ pub(crate) struct TexelPoints {
 /// Probes tried for each point.
 const PROBES_TRIED: usize = 8;
 
+/// Exposure of a point with nothing before it, percent.
+const FULL_EXPOSURE: u8 = 100;
+
+/// Rays that measure a point's exposure.
+const EXPOSURE_RAYS: u32 = 8;
+
+/// Points less exposed than the best of their texel by this factor do not count.
+const LEAST_EXPOSURE: u32 = 4;
+
 /// Points tried in each texel.
 const POINTS_PER_TEXEL: u32 = 8;
 
 impl TexelPoints {
-    /// Keeps only points that see the receiver's outlook or one of the probes nearest to it: the others lie
-    /// under furniture that stands on the texel. Where none does, all stay.
+    /// Measures the exposure of all points over a texel's width, and keeps only those that can be seen: that see
+    /// the receiver's outlook or one of the probes nearest to it, and are not much less exposed than others of
+    /// the texel. The others lie under furniture that stands on the texel. Where none sees a probe, all stay.
     pub(crate) fn keep_those_in_sight(
         &mut self,
         tracer: &Tracer,
         receivers: &[Receiver],
         probes: &PointGrid,
+        texel_size: f32,
     ) {
         let kept: Vec<Vec<SamplePoint>> = (0..receivers.len() as u32)
             .into_par_iter()
             .map(|r| {
-                let near = probes.nearest(receivers[r as usize].position, PROBES_TRIED);
-                let outlook = receivers[r as usize].outlook.map(|outlook| outlook.probe);
+                let receiver = &receivers[r as usize];
+                let near = probes.nearest(receiver.position, PROBES_TRIED);
+                let outlook = receiver.outlook.map(|outlook| outlook.probe);
                 let sees_a_probe = |point: &&SamplePoint| {
                     let mut probes = outlook.iter().chain(&near).map(|p| probes.positions[*p as usize]);
                     probes.any(|probe| tracer.is_visible(point.ray_origin(tracer), probe))
                 };
                 let all = self.of(r);
                 let seen: Vec<SamplePoint> = all.iter().filter(sees_a_probe).copied().collect();
-                if seen.is_empty() { all.to_vec() } else { seen }
+                let mut points = if seen.is_empty() { all.to_vec() } else { seen };
+                for (i, point) in (0..).zip(&mut points) {
+                    point.exposure = exposure(tracer, point, texel_size, hash_pair(receiver.texel, i));
+                }
+                let best = points.iter().map(|point| point.exposure).max().unwrap_or(0);
+                points.retain(|point| u32::from(point.exposure) * LEAST_EXPOSURE >= u32::from(best));
+                points
             })
             .collect();
         let ends = kept.iter().scan(0, |end, points| {
@@ -120,6 +141,7 @@ impl TexelPoints {
             }
             if points.len() as u32 == first_points[r as usize] {
                 points.push(SamplePoint {
+                    exposure: FULL_EXPOSURE,
                     triangle: receiver.triangle,
                     barycentric: receiver.barycentric,
                     position: receiver.position,
@@ -148,9 +170,23 @@ pub(crate) fn point_on_face(tracer: &Tracer, atlas: &Atlas, face: u32, barycentr
     let [a, b, c] = tracer.scene().corners(triangle as usize);
     let front = tracer.front_normal(triangle);
     SamplePoint {
+        exposure: FULL_EXPOSURE,
         triangle,
         barycentric,
         position: a + (b - a) * barycentric.x + (c - a) * barycentric.y,
         normal: if atlas.is_back_face(face) { -front } else { front },
     }
+}
+
+/// Exposure of a point, percent: the cosine-weighted share of directions that are free over `distance` metres.
+/// Half of them count as all: in the corner of two walls no more than that is free, and the corner is seen as
+/// well as the walls are.
+fn exposure(tracer: &Tracer, point: &SamplePoint, distance: f32, seed: u32) -> u8 {
+    let (origin, frame) = (point.ray_origin(tracer), world_from_tangent(point.normal));
+    let is_free = |i: &u32| {
+        let direction = frame * cosine_hemisphere_from_square(sobol_owen(*i, seed));
+        !tracer.is_occluded(&Ray { origin, direction, max_distance: distance })
+    };
+    let free = (0..EXPOSURE_RAYS).filter(is_free).count() as u32;
+    (u32::from(FULL_EXPOSURE) * 2 * free / EXPOSURE_RAYS).clamp(1, u32::from(FULL_EXPOSURE)) as u8
 }

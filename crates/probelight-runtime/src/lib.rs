@@ -51,8 +51,9 @@ pub mod gpu;
 mod irradiance_lightmap;
 mod runtime;
 mod scene_state;
+pub mod synthetic;
 
 pub use error::RuntimeError;
-pub use frame_bytes::frame_bytes;
+pub use frame_bytes::{frame_bytes, stage_bytes};
 pub use irradiance_lightmap::IrradianceLightmap;
 pub use runtime::{Convergence, FrameTimings, Runtime};

@@ -11,7 +11,6 @@ use probelight_trace::Tracer;
 use crate::cpu::{
     ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, ScalarSignals, SurfaceColors,
 };
-use crate::find_face::find_face;
 use crate::scene_state::SceneState;
 use crate::{IrradianceLightmap, RuntimeError};
 
@@ -191,8 +190,7 @@ impl Runtime {
     /// by way of the signals. `None` if there is no such surface within a thousandth of the scene's diagonal.
     /// Sides without light of their own, such as the insides of solids, are dark.
     pub fn irradiance_at(&self, position: Vec3, normal: Vec3) -> Option<Vec3> {
-        let texel = find_face(&self.tracer, &self.baked.lightmap, position, normal)?;
-        Some(texel.map_or(Vec3::ZERO, |texel| self.lightmap.sample(texel)))
+        self.lightmap.irradiance_at(&self.tracer, &self.baked.lightmap, position, normal)
     }
 
     /// Scalar signals of the last frame.

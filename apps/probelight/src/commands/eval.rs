@@ -8,11 +8,14 @@ use clap::Args;
 use probelight_asset::BakedScene;
 use probelight_eval::{PointErrors, PointKind, PointSelection, ReferencePoints, write_predictions};
 use probelight_math::glam::Vec3;
-use probelight_runtime::Runtime;
+use probelight_runtime::gpu::{GpuOptions, GpuRuntime};
+use probelight_runtime::{IrradianceLightmap, Runtime};
 use probelight_scene::Setup;
+use probelight_trace::Tracer;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::backend::{Backend, BackendFlags};
 use crate::console::{self, Console};
 use crate::{input, interrupt, output};
 
@@ -41,6 +44,8 @@ pub(crate) struct Flags {
     /// Write the predicted irradiance of every row: columns E_r,E_g,E_b, NaN where there is none
     #[arg(long, value_name = "OUT.csv")]
     predictions: Option<PathBuf>,
+    #[command(flatten)]
+    backend: BackendFlags,
     /// Print one JSON object instead of a table
     #[arg(long)]
     json: bool,
@@ -51,6 +56,7 @@ pub(crate) struct Flags {
 struct Report<'a> {
     file: &'a Path,
     setup: &'a str,
+    backend: String,
     points: &'a Path,
     /// Rows on surfaces.
     surface_points: usize,
@@ -69,11 +75,11 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let setup = Setup::load(&flags.setup)?;
     let reference = ReferencePoints::read(&flags.points)?;
     let baked = Arc::new(BakedScene::read(&flags.file)?);
-    let mut runtime = Runtime::new(baked)?;
-    let bounces = input::light(&mut runtime, &setup, console);
+    let backend = flags.backend.open(console)?;
+    let (lightmap, bounces) = lit_lightmap(&backend, &baked, &setup, console)?;
     interrupt::check()?;
 
-    let predictions = predict(&runtime, &reference);
+    let predictions = predict(&lightmap, &baked, &reference);
     if let Some(path) = &flags.predictions {
         write_predictions(path, &predictions)?;
     }
@@ -82,6 +88,7 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let report = Report {
         file: &flags.file,
         setup: &setup.name,
+        backend: backend.describe(),
         points: &flags.points,
         surface_points,
         free_space_points: reference.points.len() - surface_points,
@@ -91,11 +98,43 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     if flags.json { console::print_json(&report) } else { console::print(describe(&report)?.trim_end()) }
 }
 
+/// The lightmap after all bounces, and how many they were.
+fn lit_lightmap(
+    backend: &Backend,
+    baked: &Arc<BakedScene>,
+    setup: &Setup,
+    console: &Console,
+) -> anyhow::Result<(IrradianceLightmap, usize)> {
+    match backend {
+        Backend::Cpu => {
+            let mut runtime = Runtime::new(baked.clone())?;
+            let bounces = input::light(&mut runtime, setup, console);
+            Ok((runtime.irradiance().clone(), bounces))
+        }
+        Backend::Gpu(gpu) => {
+            let options = GpuOptions::default();
+            let mut runtime = GpuRuntime::new(&gpu.device, &gpu.queue, baked.clone(), options)?;
+            let bounces = input::light_on_gpu(&mut runtime, setup, console)?;
+            Ok((runtime.read_lightmap()?, bounces))
+        }
+    }
+}
+
 /// Irradiance of every row that lies on a surface with light of its own.
-fn predict(runtime: &Runtime, reference: &ReferencePoints) -> Vec<Option<Vec3>> {
+fn predict(
+    lightmap: &IrradianceLightmap,
+    baked: &BakedScene,
+    reference: &ReferencePoints,
+) -> Vec<Option<Vec3>> {
+    let tracer = Tracer::new(Arc::new(baked.scene.clone()));
     let points = reference.points.par_iter();
     let on_surface = points.map(|point| (point.kind == PointKind::Surface).then_some(point));
-    on_surface.map(|point| point.and_then(|p| runtime.irradiance_at(p.position, p.normal))).collect()
+    on_surface
+        .map(|point| {
+            let point = point?;
+            lightmap.irradiance_at(&tracer, &baked.lightmap, point.position, point.normal)
+        })
+        .collect()
 }
 
 fn describe(report: &Report) -> Result<String, std::fmt::Error> {
@@ -103,7 +142,10 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
     let mut text = String::new();
     let mut line = |name: &str, value: String| writeln!(text, "{name:<24}{value}");
     let percent = |share: Option<f64>| share.map_or("undefined".into(), |s| format!("{:.2} %", s * 100.0));
-    line("compared", format!("{} under setup \"{}\"", errors.compared, report.setup))?;
+    line(
+        "compared",
+        format!("{} under setup \"{}\", on the {}", errors.compared, report.setup, report.backend),
+    )?;
     line(
         "points",
         format!(

@@ -24,12 +24,10 @@ shared_struct! {
         pub(super) first_texel: u32,
         /// Number of receivers.
         pub(super) receiver_count: u32,
-        /// First of its inputs: the numbers of the scalar signals, then those of the probes.
-        pub(super) first_input: u32,
-        /// Number of scalar signals.
-        pub(super) signal_count: u32,
-        /// Number of probes.
-        pub(super) probe_count: u32,
+        /// First column of ΣVᵀ in the shard's numbers of signals.
+        pub(super) first_column: u32,
+        /// Number of columns.
+        pub(super) column_count: u32,
         /// Singular values stored as half floats.
         pub(super) rank_f16: u32,
         /// As eight bits.
@@ -65,7 +63,8 @@ pub(super) struct ClusterShard {
     /// Singular values.
     pub(super) row_count: usize,
     pub(super) clusters: wgpu::Buffer,
-    pub(super) inputs: wgpu::Buffer,
+    /// Number of the signal in each column, among all signals.
+    pub(super) column_signals: wgpu::Buffer,
     pub(super) exponents: wgpu::Buffer,
     pub(super) row_scales: wgpu::Buffer,
     pub(super) signal_basis: wgpu::Buffer,
@@ -124,7 +123,7 @@ fn largest_part(baked: &BakedScene, cluster: &Cluster) -> u64 {
 struct ShardArrays<'a> {
     clusters: Vec<ClusterRecord>,
     tasks: Vec<GatherTask>,
-    inputs: Vec<u32>,
+    column_signals: Vec<u32>,
     exponents: Vec<u8>,
     row_scales: &'a [f32],
     signal_basis: &'a [u32],
@@ -155,9 +154,8 @@ impl<'a> ShardArrays<'a> {
             first_receiver: cluster.first_receiver,
             first_texel: cluster.first_receiver - first.first_receiver,
             receiver_count: cluster.receiver_count,
-            first_input: self.inputs.len() as u32,
-            signal_count: cluster.signal_count,
-            probe_count: cluster.probe_count,
+            first_column: self.column_signals.len() as u32,
+            column_count: baked.column_count(cluster) as u32,
             rank_f16: cluster.ranks.f16,
             rank_snorm8: cluster.ranks.snorm8,
             rank_snorm4: cluster.ranks.snorm4,
@@ -166,15 +164,25 @@ impl<'a> ShardArrays<'a> {
             first_row: cluster.row_scale_offset - first.row_scale_offset,
             exponent_offset: (self.exponents.len() / 4) as u32,
         });
-        let signals = &baked.cluster_signals[cluster.first_signal as usize..];
-        self.inputs.extend(&signals[..cluster.signal_count as usize]);
-        let probes = &baked.cluster_probes[cluster.first_probe as usize..];
-        self.inputs.extend(&probes[..cluster.probe_count as usize]);
+        self.push_column_signals(baked, cluster);
         let exponents = &baked.column_exponents[cluster.column_exponent_offset as usize..];
         self.exponents.extend(&exponents[..baked.column_count(cluster)]);
         self.exponents.resize(self.exponents.len().next_multiple_of(4), 0);
         let blocks = (0..cluster.receiver_count).step_by(GATHER_BLOCK as usize);
         self.tasks.extend(blocks.map(|first| GatherTask { cluster: index, first }));
+    }
+
+    /// The scalar signals, then the coefficients of the probes band by band, as in [`Cluster`].
+    fn push_column_signals(&mut self, baked: &BakedScene, cluster: &Cluster) {
+        let signals = &baked.cluster_signals[cluster.first_signal as usize..];
+        self.column_signals.extend(&signals[..cluster.signal_count as usize]);
+        let probes = &baked.cluster_probes[cluster.first_probe as usize..][..cluster.probe_count as usize];
+        for band in 0..=baked.settings.sh_degree as usize {
+            for probe in probes {
+                let first = baked.scalar_signals() + *probe as usize * baked.coefficients() + band * band;
+                self.column_signals.extend(first as u32..(first + 2 * band + 1) as u32);
+            }
+        }
     }
 }
 
@@ -189,6 +197,19 @@ fn part<'a, T>(
 }
 
 impl ClusterShard {
+    /// What `project_clusters` reads of the shard, and b, bytes.
+    pub(super) fn projection_bytes(&self) -> u64 {
+        let input =
+            [&self.clusters, &self.column_signals, &self.exponents, &self.row_scales, &self.signal_basis];
+        input.map(wgpu::Buffer::size).iter().sum::<u64>() + self.coefficients.size()
+    }
+
+    /// What `gather_receivers` reads of the shard, bytes.
+    pub(super) fn gather_bytes(&self) -> u64 {
+        let input = [&self.clusters, &self.tasks, &self.receiver_basis, &self.receiver_texels];
+        input.map(wgpu::Buffer::size).iter().sum::<u64>() + self.coefficients.size()
+    }
+
     fn new(storage: &Storage, baked: &BakedScene, range: Range<usize>) -> Result<Self, GpuError> {
         let arrays = ShardArrays::new(baked, range);
         Ok(Self {
@@ -196,7 +217,7 @@ impl ClusterShard {
             task_count: arrays.tasks.len(),
             row_count: arrays.row_scales.len(),
             clusters: storage.array("clusters", &arrays.clusters)?,
-            inputs: storage.array("signals of clusters", &arrays.inputs)?,
+            column_signals: storage.array("signals of clusters", &arrays.column_signals)?,
             exponents: storage.array("column exponents", &arrays.exponents)?,
             row_scales: storage.array("row scales", arrays.row_scales)?,
             signal_basis: storage.array("matrices ΣVᵀ", arrays.signal_basis)?,

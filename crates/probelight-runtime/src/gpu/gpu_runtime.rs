@@ -66,7 +66,7 @@ pub(super) struct Stages {
     project_clusters: ProjectClusters,
     gather_receivers: GatherReceivers,
     dilate_lightmap: DilateLightmap,
-    reduce_lightmap: Option<ReduceLightmap>,
+    pub(super) reduce_lightmap: Option<ReduceLightmap>,
 }
 
 impl Stages {

@@ -154,6 +154,11 @@ impl LightSurfels {
         self.groups.run(pass);
     }
 
+    /// What a frame reads of surfels and groups, bytes.
+    pub(super) fn feedback_bytes(&self) -> u64 {
+        self.shards.iter().map(|shard| shard.data.feedback_bytes()).sum::<u64>() + self.groups.bytes()
+    }
+
     /// Sample numbers and direct light of each portion of the samples.
     pub(super) fn direct(&self) -> impl Iterator<Item = (&[u32], &wgpu::Buffer)> {
         self.shards.iter().map(|shard| (&shard.data.sample_order[..], &shard.data.direct))

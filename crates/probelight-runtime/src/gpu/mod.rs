@@ -20,13 +20,14 @@
 //! | `light_surfels` … `reduce_lightmap` | a stage each |
 //! | `surfel_shards`, `surfel_groups`, `cluster_shards` | the baked scene, arranged for the shaders |
 //! | [`stage_shaders`], `shared_struct`, `kernel`, `storage` | shaders, structs that they share with the host, buffers |
-//! | [`timestamps`] | how long stages take |
+//! | [`timestamps`], [`benchmark`] | how long stages take, and what the memory allows |
 //! | [`scene_geometry`] | the scene's triangles, for shadows and renderers |
 //! | [`shadow_views`] | what each light sees the scene through; light records |
 //! | [`shadow_maps`] | draws depth from the lights; visibility for any shader |
 //! | [`shaders`] | sources to build shaders from |
 //! | [`readback`] | copies to the CPU, for pictures and tests |
 
+pub mod benchmark;
 mod cluster_shards;
 pub mod device;
 mod dilate_lightmap;
@@ -59,6 +60,7 @@ pub mod timestamps;
 #[path = "../../tests/support/wgsl_layout.rs"]
 mod wgsl_layout;
 
+pub use benchmark::copy_bandwidth;
 pub use device::{GpuDevice, GpuError, adapter_names};
 pub use frame_buffers::FrameBuffers;
 pub use gpu_runtime::{GpuOptions, GpuRuntime};

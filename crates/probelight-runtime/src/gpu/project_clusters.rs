@@ -17,9 +17,9 @@ impl ProjectClusters {
     pub(super) fn new(device: &wgpu::Device, shards: &[ClusterShard], buffers: &FrameBuffers) -> Self {
         let kernel = Kernel::new(device, &PROJECT_CLUSTERS, None);
         let bind = |shard: &ClusterShard| {
-            let matrices = [&shard.clusters, &shard.inputs, &shard.exponents, &shard.row_scales];
-            let ends = [&shard.signal_basis, &buffers.signals, &shard.coefficients];
-            let resources = [&[&buffers.shape][..], &matrices, &ends].concat();
+            let columns = [&shard.clusters, &shard.column_signals, &shard.exponents];
+            let matrices = [&shard.row_scales, &shard.signal_basis, &buffers.signals, &shard.coefficients];
+            let resources = [&columns[..], &matrices].concat();
             (kernel.bind(device, 0, &whole(&resources)), shard.cluster_count)
         };
         let shards = shards.iter().map(bind).collect();

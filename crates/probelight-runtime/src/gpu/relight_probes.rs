@@ -11,10 +11,10 @@ use super::storage::Storage;
 use crate::cpu::relight_probes::weighted_basis;
 
 /// Probes of a workgroup: `PROBES` in its shader.
-pub(super) const PROBES: usize = 2;
+pub(super) const PROBES: usize = 4;
 
-/// Coefficients of a workgroup: `PANEL` in its shader.
-pub(super) const PANEL: usize = 64;
+/// Quads of coefficients of a workgroup: `PANEL` in its shader.
+pub(super) const PANEL: usize = 16;
 
 /// Projects the radiance around probes to spherical harmonics.
 #[derive(Debug)]
@@ -35,12 +35,12 @@ impl RelightProbes {
         let surfels = storage.array("surfels of relight rays", &baked.relight_surfels)?;
         let sky =
             storage.zeros("sky along relight rays", RGB_BYTES * baked.relight_directions.len() as u64)?;
-        let basis = storage.array("weighted basis", &weighted_basis(baked))?;
+        let basis = storage.array("weighted basis", &weighted_basis_in_quads(baked))?;
         let resources = whole(&[&buffers.shape, &surfels, &sky, &basis, &buffers.signals]);
         let group = kernel.bind(storage.device, 0, &resources);
         let has_rays = usize::from(!baked.relight_directions.is_empty());
         let workgroups =
-            has_rays * baked.probes.len().div_ceil(PROBES) * baked.coefficients().div_ceil(PANEL);
+            has_rays * baked.probes.len().div_ceil(PROBES) * baked.coefficients().div_ceil(4 * PANEL);
         Ok(Self { kernel, group, sky, workgroups })
     }
 
@@ -59,4 +59,15 @@ impl RelightProbes {
     pub(super) fn relight_probes(&self, pass: &mut wgpu::ComputePass) {
         self.kernel.run(pass, &[&self.group], self.workgroups);
     }
+}
+
+/// The table that all probes share, with zeros that fill each direction's last quad.
+fn weighted_basis_in_quads(baked: &BakedScene) -> Vec<f32> {
+    let coefficients = baked.coefficients();
+    let padding = vec![0.0; coefficients.next_multiple_of(4) - coefficients];
+    weighted_basis(baked)
+        .chunks_exact(coefficients)
+        .flat_map(|row| row.iter().chain(&padding))
+        .copied()
+        .collect()
 }

@@ -45,7 +45,7 @@ pub(super) const RELIGHT_PROBES: Shader = Shader {
 };
 pub(super) const PROJECT_CLUSTERS: Shader = Shader {
     entry_point: "project_clusters",
-    parts: &[DISPATCH, SIGNAL_SHAPE, CLUSTER, UNPACK, include_str!("../shaders/project_clusters.wgsl")],
+    parts: &[DISPATCH, CLUSTER, UNPACK, include_str!("../shaders/project_clusters.wgsl")],
 };
 pub(super) const GATHER_RECEIVERS: Shader = Shader {
     entry_point: "gather_receivers",
@@ -58,7 +58,11 @@ pub(super) const DILATE_LIGHTMAP: Shader = Shader {
 pub(super) const REDUCE_LIGHTMAP: Shader =
     Shader { entry_point: "reduce_lightmap", parts: &[include_str!("../shaders/reduce_lightmap.wgsl")] };
 
-/// All shaders of the stages, in the order in which they run.
+/// Not a stage: what stages are compared with.
+pub(super) const COPY_WORDS: Shader =
+    Shader { entry_point: "copy_words", parts: &[DISPATCH, include_str!("../shaders/copy_words.wgsl")] };
+
+/// All shaders of the stages, in the order in which they run, and [the yardstick](super::benchmark).
 pub const STAGE_SHADERS: &[Shader] = &[
     LIGHT_SAMPLES,
     SHADE_SURFELS,
@@ -70,4 +74,5 @@ pub const STAGE_SHADERS: &[Shader] = &[
     GATHER_RECEIVERS,
     DILATE_LIGHTMAP,
     REDUCE_LIGHTMAP,
+    COPY_WORDS,
 ];

@@ -47,6 +47,7 @@ pub(super) struct SurfelGroups {
     wide: Kernel,
     narrow: Kernel,
     dispatches: Vec<Dispatch>,
+    records: wgpu::Buffer,
 }
 
 #[derive(Debug)]
@@ -82,7 +83,12 @@ impl SurfelGroups {
                 wide_groups: is_wide.then(|| ends[levels.start] - start),
             });
         }
-        Ok(Self { wide, narrow, dispatches })
+        Ok(Self { wide, narrow, dispatches, records })
+    }
+
+    /// What a frame reads, bytes.
+    pub(super) fn bytes(&self) -> u64 {
+        self.records.size()
     }
 
     pub(super) fn run(&self, pass: &mut wgpu::ComputePass) {

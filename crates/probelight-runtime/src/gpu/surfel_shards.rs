@@ -135,6 +135,11 @@ impl ShardArrays {
 }
 
 impl SurfelShard {
+    /// What a frame reads of the shard, bytes.
+    pub(super) fn feedback_bytes(&self) -> u64 {
+        self.first_bounces.size() + self.bounces.size() + self.unbounced.size()
+    }
+
     fn new(
         storage: &Storage,
         baked: &BakedScene,

@@ -6,10 +6,9 @@ struct ClusterRecord {
     /// In the shard's `receiver_texels`.
     first_texel: u32,
     receiver_count: u32,
-    /// In `cluster_inputs`: the numbers of the scalar signals, then those of the probes.
-    first_input: u32,
-    signal_count: u32,
-    probe_count: u32,
+    /// In `column_signals`.
+    first_column: u32,
+    column_count: u32,
     /// Singular values stored as half floats, as eight bits, as four bits, in this order.
     rank_f16: u32,
     rank_snorm8: u32,
