@@ -47,9 +47,14 @@ impl Backend {
 impl BackendFlags {
     /// Opens what was asked for. If the choice is left to the program and it takes the CPU, it says why.
     pub(crate) fn open(&self, console: &Console) -> anyhow::Result<Backend> {
+        self.open_for(false, console)
+    }
+
+    /// As [`open`](Self::open); for something that only a GPU can do, a driver in software is taken too.
+    pub(crate) fn open_for(&self, needs_gpu: bool, console: &Console) -> anyhow::Result<Backend> {
         // Who names an adapter wants that one.
         let choice = match self.backend {
-            BackendChoice::Auto if self.adapter.is_some() => BackendChoice::Gpu,
+            BackendChoice::Auto if needs_gpu || self.adapter.is_some() => BackendChoice::Gpu,
             choice => choice,
         };
         match choice {
@@ -75,5 +80,25 @@ fn automatic(opened: Result<GpuDevice, GpuError>, console: &Console) -> Backend 
             console.note(format!("using the CPU: {error}"));
             Backend::Cpu
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_a_gpu_the_cpu_computes() {
+        let console = Console::new(true);
+        assert!(matches!(automatic(Err(GpuError::NoAdapter), &console), Backend::Cpu));
+        let cpu = BackendFlags { backend: BackendChoice::Cpu, adapter: None };
+        assert!(matches!(cpu.open_for(true, &console), Ok(Backend::Cpu)), "who wants the CPU gets it");
+    }
+
+    #[test]
+    fn who_names_a_gpu_hears_if_it_is_missing() {
+        let flags = BackendFlags { backend: BackendChoice::Auto, adapter: Some("no such GPU".into()) };
+        let error = flags.open(&Console::new(true)).unwrap_err().to_string();
+        assert!(error.contains("GPU"), "{error}");
     }
 }

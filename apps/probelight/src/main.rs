@@ -17,6 +17,7 @@ mod matrix_figures;
 mod output;
 mod points;
 mod stage_clock;
+mod studio;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -121,7 +121,7 @@ const ATRIUM_SUN: Light = Light::Directional {
     irradiance: Vec3::ONE,
 };
 
-const MOST_WRONG_UNDER_THE_ATRIUM_SUN: f64 = 0.008;
+const MOST_WRONG_UNDER_THE_ATRIUM_SUN: f64 = 0.005;
 
 /// Largest accepted difference of all light that arrives.
 const MOST_BIAS: f64 = 0.006;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use probelight_asset::BakedScene;
 use probelight_runtime::cpu::SurfaceColors;
 use probelight_runtime::gpu::device::checked;
-use probelight_runtime::gpu::{GpuError, SceneGeometry, ShadowMaps};
+use probelight_runtime::gpu::{GpuError, GpuRuntime, SceneGeometry, ShadowMaps};
 use probelight_scene::{AlphaMode, Camera, Lighting};
 
 use super::frame_record::FrameRecord;
@@ -14,6 +14,7 @@ use super::materials::Materials;
 use super::picture_target::{DEPTH_FORMAT, PICTURE_FORMAT, PictureTarget, SAMPLES};
 use super::view::{GpuView, ViewOptions};
 use super::{shaders, surface_attributes};
+use crate::Image;
 
 /// A scene under light, in the memory of a GPU.
 #[derive(Debug)]
@@ -23,7 +24,7 @@ pub struct LitScene<'a> {
     /// The analytic lights and their shadow maps.
     pub shadow_maps: &'a ShadowMaps,
     /// Irradiance per lightmap texel, W/m²; filterable.
-    pub lightmap: &'a wgpu::TextureView,
+    pub lightmap: wgpu::TextureView,
     /// Three `f32` for each signal, W·m⁻²·sr⁻¹: the scalar signals in the order of
     /// [`BakedScene::scalar_signals`], then all coefficients of each probe.
     pub signals: &'a wgpu::Buffer,
@@ -31,6 +32,22 @@ pub struct LitScene<'a> {
     pub lighting: &'a Lighting,
     /// Present colours of all materials.
     pub colors: Vec<SurfaceColors>,
+}
+
+impl<'a> LitScene<'a> {
+    /// What a GPU runtime's frames light.
+    pub fn of(runtime: &'a GpuRuntime) -> Self {
+        let buffers = runtime.buffers();
+        let materials = 0..runtime.baked().scene.materials.len();
+        Self {
+            geometry: runtime.geometry(),
+            shadow_maps: runtime.shadow_maps(),
+            lightmap: buffers.lightmap.create_view(&wgpu::TextureViewDescriptor::default()),
+            signals: &buffers.signals,
+            lighting: runtime.lighting(),
+            colors: materials.filter_map(|material| runtime.surface_colors(material)).collect(),
+        }
+    }
 }
 
 /// Draws pictures of one baked scene.
@@ -125,7 +142,7 @@ impl GpuRenderer {
         self.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&record));
         self.materials.set_colors(&self.queue, &self.baked.scene, &scene.colors);
 
-        let frame_group = self.frame_group(scene.lightmap);
+        let frame_group = self.frame_group(&scene.lightmap);
         let mut pass = begin_pass(encoder, target);
         pass.set_bind_group(1, &frame_group, &[]);
         if options.view.has_sky() {
@@ -138,6 +155,29 @@ impl GpuRenderer {
             pass.set_bind_group(2, &self.pipelines.marker_group(&self.device, markers, scene.signals), &[]);
             pass.draw(0..markers.vertices, 0..markers.count);
         }
+    }
+
+    /// A finished picture with at least `samples` samples per pixel (4, 16, 36, …), as far as the GPU can draw
+    /// pictures so much larger. Waits for the GPU. Shadow maps and lightmap must be there already.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfMemory`], [`GpuError::Refused`] or [`GpuError::Lost`].
+    pub fn still(
+        &mut self,
+        scene: &LitScene,
+        camera: &Camera,
+        options: ViewOptions,
+        samples: u32,
+    ) -> Result<Image, GpuError> {
+        let largest = self.device.limits().max_texture_dimension_2d / camera.width.max(camera.height).max(1);
+        let wanted = (f64::from(samples) / f64::from(SAMPLES)).sqrt().ceil() as u32;
+        let scale = wanted.min(largest).max(1);
+        let camera = Camera { width: scale * camera.width, height: scale * camera.height, ..camera.clone() };
+        let target = PictureTarget::new(&self.device, camera.width, camera.height)?;
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.draw(&mut encoder, &target, scene, &camera, options);
+        self.queue.submit([encoder.finish()]);
+        Ok(target.read(&self.device, &self.queue)?.reduced(scale))
     }
 
     fn draw_surfaces(&self, pass: &mut wgpu::RenderPass, scene: &LitScene) {

@@ -21,10 +21,15 @@ mod material_textures;
 mod materials;
 pub mod picture_target;
 pub mod presenter;
+#[cfg(test)]
+mod shader_tests;
 mod shaders;
 mod surface_attributes;
 pub mod uploaded_light;
 pub mod view;
+#[cfg(test)]
+#[path = "../../../probelight-runtime/tests/support/wgsl_layout.rs"]
+mod wgsl_layout;
 
 pub use gpu_renderer::{GpuRenderer, LitScene};
 pub use picture_target::PictureTarget;

@@ -16,7 +16,6 @@ pub struct UploadedLight {
     geometry: SceneGeometry,
     shadow_maps: ShadowMaps,
     lightmap: wgpu::Texture,
-    lightmap_view: wgpu::TextureView,
     signals: wgpu::Buffer,
 }
 
@@ -55,8 +54,7 @@ impl UploadedLight {
                 usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             });
-            let lightmap_view = lightmap.create_view(&wgpu::TextureViewDescriptor::default());
-            Self { geometry, shadow_maps, lightmap, lightmap_view, signals }
+            Self { geometry, shadow_maps, lightmap, signals }
         })
     }
 
@@ -108,7 +106,7 @@ impl UploadedLight {
         LitScene {
             geometry: &self.geometry,
             shadow_maps: &self.shadow_maps,
-            lightmap: &self.lightmap_view,
+            lightmap: self.lightmap.create_view(&wgpu::TextureViewDescriptor::default()),
             signals: &self.signals,
             lighting: runtime.lighting(),
             colors: (0..runtime.baked().scene.materials.len())

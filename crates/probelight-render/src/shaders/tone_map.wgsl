@@ -7,6 +7,7 @@ struct Display {
     has_curve: u32,
     // 1 if the target stores what it is given, 0 if it encodes linear colours as sRGB itself.
     encodes_srgb: u32,
+    unused: u32,
 }
 
 @group(0) @binding(0) var<uniform> display: Display;

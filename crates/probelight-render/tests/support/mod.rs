@@ -4,13 +4,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use probelight_asset::Method;
 use probelight_bake::{BakeOptions, bake};
 use probelight_math::glam::{Vec3, vec3};
-use probelight_render::gpu::{GpuRenderer, GpuView, PictureTarget, UploadedLight, ViewOptions};
-use probelight_render::{DisplayImage, Exposure, Image, ToneMap};
+use probelight_render::gpu::{GpuRenderer, PictureTarget, UploadedLight, ViewOptions};
+use probelight_render::{Image, RenderOptions, RenderOutput, View, render};
 use probelight_runtime::Runtime;
 use probelight_runtime::gpu::{GpuDevice, ShadowMapOptions};
-use probelight_scene::{Camera, Light, Lighting, Sky, load_gltf};
+use probelight_scene::{Camera, Light, Lighting, Scene, Sky, load_gltf};
 use probelight_trace::Silent;
 
 /// A scene, its light, and where it is looked at from.
@@ -22,19 +23,37 @@ pub(crate) struct LitExample {
 /// A bundled scene, baked as quickly as it still looks like something.
 pub(crate) fn lit_scene(name: &str) -> LitExample {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../assets/scenes/{name}.glb"));
+    let mut scene = load_gltf(&path).unwrap();
+    if name == "atrium" {
+        keep_near_the_camera(&mut scene);
+    }
     let options = BakeOptions {
-        receivers: Some(if name == "atrium" { 6_000 } else { 3_000 }),
+        method: Some(Method::Paper),
+        receivers: Some(3_000),
         gather_rays: Some(64),
-        relight_rays: Some(128),
+        relight_rays: Some(64),
         sh_degree: Some(3),
-        max_rank: Some(12),
+        max_rank: Some(8),
         ..BakeOptions::default()
     };
-    let baked = bake(Arc::new(load_gltf(&path).unwrap()), &options, None, &Silent).unwrap();
+    let baked = bake(Arc::new(scene), &options, None, &Silent).unwrap();
     let mut runtime = Runtime::new(Arc::new(baked)).unwrap();
     runtime.set_lighting(lighting(name));
     runtime.converge(1e-3, 30);
     LitExample { runtime, camera: camera(name) }
+}
+
+/// Leaves of the atrium what lies before the camera: each of its 76,700 triangles would need a texel.
+fn keep_near_the_camera(scene: &mut Scene) {
+    let is_near = |triangle: usize| {
+        let [a, b, c] = scene.corners(triangle);
+        let middle = (a + b + c) / 3.0;
+        middle.x > -13.0 && middle.x < -5.0 && middle.z > 0.0
+    };
+    let kept: Vec<usize> = (0..scene.triangles.len()).filter(|t| is_near(*t)).collect();
+    scene.triangles = kept.iter().map(|t| scene.triangles[*t]).collect();
+    scene.triangle_material = kept.iter().map(|t| scene.triangle_material[*t]).collect();
+    scene.validate().unwrap();
 }
 
 fn lighting(name: &str) -> Lighting {
@@ -61,9 +80,9 @@ fn camera(name: &str) -> Camera {
     let (position, target, degrees): (Vec3, Vec3, f32) = match name {
         "cornell" => (vec3(2.78, 2.73, -8.0), vec3(2.78, 2.73, 0.0), 39.3),
         "rooms" => (vec3(0.6, 1.6, 4.4), vec3(5.8, 1.2, 1.2), 65.0),
-        _ => (vec3(-12.0, 1.7, 0.0), vec3(4.0, 3.6, 0.0), 60.0),
+        _ => (vec3(-13.0, 1.7, 0.0), vec3(-8.0, 3.0, 5.0), 70.0),
     };
-    let (width, height) = (320, 240);
+    let (width, height) = (160, 120);
     Camera {
         name: name.into(),
         position,
@@ -92,28 +111,36 @@ impl<'a> GpuPictures<'a> {
         Self { gpu, light, renderer }
     }
 
+    /// As many samples per pixel as [`cpu_picture`] has.
     pub(crate) fn draw(&mut self, lit: &LitExample, options: ViewOptions) -> Image {
+        self.update(lit);
+        self.renderer.still(&self.light.scene(&lit.runtime), &lit.camera, options, SAMPLES).unwrap()
+    }
+
+    pub(crate) fn draw_on_gpu(&mut self, lit: &LitExample, options: ViewOptions) -> PictureTarget {
+        self.update(lit);
         let GpuDevice { device, queue, .. } = self.gpu;
         let target = PictureTarget::new(device, lit.camera.width, lit.camera.height).unwrap();
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.renderer.draw(&mut encoder, &target, &self.light.scene(&lit.runtime), &lit.camera, options);
+        queue.submit([encoder.finish()]);
+        target
+    }
+
+    fn update(&mut self, lit: &LitExample) {
+        let GpuDevice { device, queue, .. } = self.gpu;
         self.light.update(device, queue, &lit.runtime).unwrap();
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         self.light.encode(&mut encoder);
-        self.renderer.draw(&mut encoder, &target, &self.light.scene(&lit.runtime), &lit.camera, options);
         queue.submit([encoder.finish()]);
-        target.read(device, queue).unwrap()
     }
 }
 
-pub(crate) fn write(image: &Image, view: GpuView, path: &str) {
-    let display = if view.is_light() {
-        ToneMap::new(Exposure::Automatic, image).apply(image)
-    } else {
-        let encode = |p: &Vec3| probelight_math::color::srgb8_from_linear(*p);
-        DisplayImage {
-            width: image.width,
-            height: image.height,
-            pixels: image.pixels.iter().map(encode).collect(),
-        }
-    };
-    display.write_png(Path::new(path)).unwrap();
+/// Samples per pixel of pictures that are compared.
+const SAMPLES: u32 = 64;
+
+/// The CPU's picture of the same.
+pub(crate) fn cpu_picture(lit: &LitExample, output: RenderOutput) -> Image {
+    let options = RenderOptions { output, samples: SAMPLES, ..RenderOptions::default() };
+    render(View::of(&lit.runtime), &lit.camera, &options, &Silent).unwrap()
 }

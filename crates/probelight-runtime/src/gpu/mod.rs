@@ -46,6 +46,8 @@ pub mod scene_geometry;
 mod shader_tests;
 pub mod shaders;
 pub mod shadow_maps;
+#[cfg(test)]
+mod shadow_shader_tests;
 pub mod shadow_views;
 pub mod stage;
 pub mod stage_shaders;
@@ -53,6 +55,9 @@ mod storage;
 mod surfel_groups;
 mod surfel_shards;
 pub mod timestamps;
+#[cfg(test)]
+#[path = "../../tests/support/wgsl_layout.rs"]
+mod wgsl_layout;
 
 pub use benchmark::copy_bandwidth;
 pub use device::{GpuDevice, GpuError, adapter_names};

@@ -54,7 +54,6 @@ pub struct ShadowMaps {
     is_stale: bool,
     light_buffer: wgpu::Buffer,
     view_buffer: wgpu::Buffer,
-    sampler: wgpu::Sampler,
     layout: wgpu::BindGroupLayout,
     caster: Caster,
     maps: Maps,
@@ -92,19 +91,11 @@ impl ShadowMaps {
             let light_buffer = uniform_buffer(device, "lights", size_of::<LightsRecord>());
             let views_size = size_of::<ShadowViewRecord>() * MAX_SHADOW_VIEWS;
             let view_buffer = uniform_buffer(device, "shadow views", views_size);
-            let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
-                label: Some("shadow maps"),
-                mag_filter: wgpu::FilterMode::Linear,
-                min_filter: wgpu::FilterMode::Linear,
-                // Depth falls with distance: lit is what is as near as the map's surface, or nearer.
-                compare: Some(wgpu::CompareFunction::GreaterEqual),
-                ..wgpu::SamplerDescriptor::default()
-            });
             let layout = lights_layout(device);
-            let maps = Maps::new(device, &layout, [&light_buffer, &view_buffer], &sampler, 64, 0);
+            let maps = Maps::new(device, &layout, [&light_buffer, &view_buffer], 64, 0);
             let caster = Caster::new(device, geometry, &view_buffer);
             let lights = Vec::new();
-            Self { options, lights, is_stale: true, light_buffer, view_buffer, sampler, layout, caster, maps }
+            Self { options, lights, is_stale: true, light_buffer, view_buffer, layout, caster, maps }
         })
     }
 
@@ -146,7 +137,7 @@ impl ShadowMaps {
         if needed != self.maps.layers.len() || resolution != self.maps.texture.width() {
             let buffers = [&self.light_buffer, &self.view_buffer];
             self.maps = checked(device, "shadow maps", || {
-                Maps::new(device, &self.layout, buffers, &self.sampler, resolution, needed)
+                Maps::new(device, &self.layout, buffers, resolution, needed)
             })?;
         }
         let (records, views) = light_records(lights, &geometry.bounds, resolution);
@@ -175,7 +166,6 @@ impl Maps {
         device: &wgpu::Device,
         layout: &wgpu::BindGroupLayout,
         [lights, views]: [&wgpu::Buffer; 2],
-        sampler: &wgpu::Sampler,
         resolution: u32,
         layers: usize,
     ) -> Self {
@@ -203,12 +193,8 @@ impl Maps {
                 ..wgpu::TextureViewDescriptor::default()
             })
         };
-        let resources = [
-            lights.as_entire_binding(),
-            views.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&all),
-            wgpu::BindingResource::Sampler(sampler),
-        ];
+        let resources =
+            [lights.as_entire_binding(), views.as_entire_binding(), wgpu::BindingResource::TextureView(&all)];
         let entries: Vec<_> = (0..)
             .zip(resources)
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
@@ -340,7 +326,6 @@ fn lights_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
                     multisampled: false,
                 },
             ),
-            entry(3, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
         ],
     })
 }

@@ -18,8 +18,8 @@ pub const MAX_SHADOW_VIEWS: usize = 256;
 /// A directional light has this many views along each side of its map.
 pub(super) const DIRECTIONAL_VIEWS_PER_SIDE: u32 = 2;
 
-/// Texels along each border of a view that belong to its neighbours: three that the bias can move a lookup, one
-/// and a half that the filter reaches.
+/// Texels along each border of a view that belong to its neighbours: two that the bias can move a lookup, one and a
+/// half that the filter reaches.
 pub(super) const GUARD_TEXELS: u32 = 4;
 
 /// Beyond this half angle a spot's single view would waste most of its texels on the middle.

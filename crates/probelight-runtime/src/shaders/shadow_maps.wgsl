@@ -21,13 +21,16 @@ struct ShadowView {
 
 @group(0) @binding(1) var<uniform> shadow_views: array<ShadowView, MAX_SHADOW_VIEWS>;
 @group(0) @binding(2) var shadow_maps: texture_depth_2d_array;
-@group(0) @binding(3) var shadow_sampler: sampler_comparison;
 
-// How far from its position a lookup takes depths into account, texels along the diagonal: √2 · 1½.
+// How far from its position a lookup compares depths, texels along the diagonal: √2 · 1½.
 const FILTER_REACH = 2.13;
 
-// Share of a texel by which surfaces that face the light must lie off themselves: more than rounding.
-const LEAST_BIAS = 0.1;
+// Surfaces are lifted off themselves by this share of a texel: more than rounding.
+const LEAST_BIAS = 0.15;
+
+// Steepest slope of depth that lookups follow. Along steeper ones a texel's step sideways would be a long one on the
+// surface, through walls.
+const STEEPEST = 1.0;
 
 // Visibility of a light from a point on a surface, 0 to 1; `normal` is the unit geometric normal on the point's
 // side. The surface must face the light.
@@ -38,12 +41,20 @@ fn light_visibility(light: Light, position: vec3f, normal: vec3f) -> f32 {
     if light.kind != DIRECTIONAL_LIGHT {
         texel_width *= dot(view.axis, position - light.position);
     }
-    // A surface whose normal is n departs from the depth at a texel's middle by |n − (n·a) a| per unit along the
-    // view's plane, a being the view's axis. Moved that far along n it is nowhere behind itself.
-    let slope = length(normal - dot(normal, view.axis) * view.axis);
+    let towards = -dot(normal, view.axis);
+    let sideways = normal + towards * view.axis;
+    let tilt = length(sideways);
+    var followed = normal;
+    var bias = LEAST_BIAS;
+    if tilt > STEEPEST * towards {
+        // What a slope is too steep by, the surface is moved along its normal: far enough that it is nowhere behind
+        // itself.
+        followed = STEEPEST / tilt * sideways - view.axis;
+        bias += FILTER_REACH * min(tilt - STEEPEST * towards, tilt);
+    }
     let rounding = 1e-6 * max(abs(position.x), max(abs(position.y), abs(position.z)));
-    let moved = position + normal * (texel_width * (FILTER_REACH * slope + LEAST_BIAS) + rounding);
-    return filtered_visibility(index, view.clip_from_world * vec4f(moved, 1.0));
+    let lifted = position + normal * (texel_width * bias + rounding);
+    return filtered_visibility(index, lifted, normalize(followed));
 }
 
 // The view whose layer holds a point.
@@ -75,16 +86,52 @@ fn directional_view_at(light: Light, position: vec3f) -> u32 {
     return cell.y * DIRECTIONAL_VIEWS_PER_SIDE + cell.x;
 }
 
-// Four bilinear comparisons half a texel apart: a quadratic B-spline over three by three texels.
-fn filtered_visibility(layer: u32, clip: vec4f) -> f32 {
+// A quadratic B-spline over three by three texels.
+//
+// Each texel is compared with the depth that the surface's plane has at the texel's own middle, where the map has its
+// depth too. So a flat surface does not shadow itself, and need not be moved far off itself, which would
+// make the shadows of small ledges vanish.
+fn filtered_visibility(layer: u32, position: vec3f, normal: vec3f) -> f32 {
+    let clip = shadow_views[layer].clip_from_world * vec4f(position, 1.0);
     let ndc = clip.xyz / clip.w;
-    let uv = vec2f(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
-    let half_texel = 0.5 / f32(textureDimensions(shadow_maps).x);
+    let resolution = f32(textureDimensions(shadow_maps).x);
+    let texel = vec2f(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * resolution;
+    let slope = depth_slope(layer, clip, normal) * vec2f(2.0, -2.0) / resolution;
+    let middle = floor(texel);
+    // From the middle of the nearest texel.
+    let offset = texel - middle - 0.5;
+    let weights_x = spline_weights(offset.x);
+    let weights_y = spline_weights(offset.y);
     var sum = 0.0;
-    for (var tap = 0u; tap < 4u; tap++) {
-        let side = vec2f(f32(tap & 1u), f32(tap >> 1u)) * 2.0 - 1.0;
-        let at = uv + side * half_texel;
-        sum += textureSampleCompareLevel(shadow_maps, shadow_sampler, at, layer, ndc.z);
+    for (var tap = 0u; tap < 9u; tap++) {
+        let step = vec2f(f32(tap % 3u), f32(tap / 3u)) - 1.0;
+        let at = vec2u(clamp(middle + step, vec2f(0.0), vec2f(resolution - 1.0)));
+        let depth = ndc.z + dot(slope, step - offset);
+        let is_lit = depth >= textureLoad(shadow_maps, at, layer, 0);
+        sum += select(0.0, weights_x[tap % 3u] * weights_y[tap / 3u], is_lit);
     }
-    return sum * 0.25;
+    return sum;
+}
+
+// Weights of the texel before, the nearest and the texel after, at −½ to ½ from the nearest one's middle.
+fn spline_weights(offset: f32) -> array<f32, 3> {
+    let before = 0.5 - offset;
+    let after = 0.5 + offset;
+    return array(0.5 * before * before, 0.75 - offset * offset, 0.5 * after * after);
+}
+
+// Change of depth along x and y of normalised device coordinates, in the plane with a unit normal. Projections keep
+// planes, so it is the same everywhere in the plane.
+fn depth_slope(layer: u32, clip: vec4f, normal: vec3f) -> vec2f {
+    let helper = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.x) > 0.7);
+    let across = normalize(cross(normal, helper));
+    let plane = cross(ndc_change(layer, clip, across), ndc_change(layer, clip, cross(normal, across)));
+    // Seen edge-on there is no slope; any steep one will do.
+    return -plane.xy / select(plane.z, 1e-20, abs(plane.z) < 1e-20);
+}
+
+// How normalised device coordinates change when a point moves in `direction`, but for a factor.
+fn ndc_change(layer: u32, clip: vec4f, direction: vec3f) -> vec3f {
+    let change = shadow_views[layer].clip_from_world * vec4f(direction, 0.0);
+    return change.xyz * clip.w - clip.xyz * change.w;
 }
