@@ -22,7 +22,8 @@ fn is_complete(figures: &Value, stages: &[&str]) -> bool {
     let positive = |value: &Value| value.as_f64().is_some_and(|value| value > 0.0 && value.is_finite());
     let scene = &figures["scenes"][0];
     let measured = scene["stages"].as_array().unwrap();
-    let is_measured = |stage: &Value| ["median_ms", "bytes", "of_copy"].iter().all(|key| positive(&stage[key]));
+    let is_measured =
+        |stage: &Value| ["median_ms", "bytes", "of_copy"].iter().all(|key| positive(&stage[key]));
     let bytes: u64 = measured.iter().filter_map(|stage| stage["bytes"].as_u64()).sum();
     measured.iter().map(|stage| stage["name"].as_str().unwrap()).eq(stages.iter().copied())
         && measured.iter().chain([&scene["frame"]]).all(is_measured)
