@@ -19,7 +19,7 @@ const FRAMES_BEFORE: usize = 3;
 const COPY_BYTES: u64 = 128 << 20;
 
 /// Copies of which the fastest counts.
-const COPIES: usize = 20;
+const COPIES: usize = 10;
 
 impl GpuRuntime {
     /// Measures as many frames in which nothing changes but the bounced light.

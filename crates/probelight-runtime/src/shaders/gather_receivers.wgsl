@@ -33,17 +33,31 @@ struct Sums {
     blue: vec4f,
 }
 
+/// Adds one column, or a quad of it, times b.
+fn add_column(sums: Sums, values: vec4f, b: vec3f) -> Sums {
+    return Sums(sums.red + values * b.x, sums.green + values * b.y, sums.blue + values * b.z);
+}
+
 /// Adds columns `first` to `end` of U, all of one encoding, to the sums of a quad; b is in `rows`, from row `tile` on.
 fn add_columns(sums: Sums, cluster: ClusterRecord, encoding: u32, first: u32, end: u32, tile: u32, quad: u32) -> Sums {
     var added = sums;
     let words = line_words(encoding, cluster.receiver_count);
     var line = cluster.receiver_basis_offset + line_start(cluster, first, cluster.receiver_count);
-    for (var row = first; row < end; row++) {
-        let values = basis_quad(encoding, line, words, quad);
-        let b = rows[row - tile];
-        added.red += values * b.x;
-        added.green += values * b.y;
-        added.blue += values * b.z;
+    var row = first;
+    // Four at a time, so that their loads are under way together.
+    for (; row + 4u <= end; row += 4u) {
+        let u = basis_quad(encoding, line, words, quad);
+        let v = basis_quad(encoding, line + words, words, quad);
+        let w = basis_quad(encoding, line + 2u * words, words, quad);
+        let x = basis_quad(encoding, line + 3u * words, words, quad);
+        added = add_column(added, u, rows[row - tile]);
+        added = add_column(added, v, rows[row - tile + 1u]);
+        added = add_column(added, w, rows[row - tile + 2u]);
+        added = add_column(added, x, rows[row - tile + 3u]);
+        line += 4u * words;
+    }
+    for (; row < end; row++) {
+        added = add_column(added, basis_quad(encoding, line, words, quad), rows[row - tile]);
         line += words;
     }
     return added;

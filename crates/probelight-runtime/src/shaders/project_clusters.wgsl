@@ -5,13 +5,13 @@
 // neighbouring words: a quad of signals and four of matrix values make 48 products. In the end the lanes' sums are
 // added up.
 
-const WORKGROUP: u32 = 256u;
+const WORKGROUP: u32 = 128u;
 /// Invocations that share four rows.
-const LANES: u32 = 32u;
+const LANES: u32 = 16u;
 /// Groups of four rows computed together.
 const GROUPS: u32 = WORKGROUP / LANES;
 /// Columns in workgroup memory.
-const TILE: u32 = 4u * WORKGROUP;
+const TILE: u32 = 1024u;
 
 @group(0) @binding(0) var<storage, read> clusters: array<ClusterRecord>;
 /// Number of the signal in each column.
@@ -25,7 +25,7 @@ const TILE: u32 = 4u * WORKGROUP;
 @group(0) @binding(6) var<storage, read_write> coefficients: array<f32>;
 
 /// Red, green and blue: of four columns each, then of four rows by each invocation.
-var<workgroup> quads: array<array<vec4f, 3>, WORKGROUP>;
+var<workgroup> quads: array<array<vec4f, 3>, TILE / 4u>;
 
 /// 2^(−e/8), with the whole power of two exact.
 fn column_factor(exponent: u32) -> f32 {
@@ -114,7 +114,7 @@ fn add_products(sums: Sums, encoding: u32, starts: vec4u, words: u32, tile: u32,
     return added;
 }
 
-@compute @workgroup_size(256)
+@compute @workgroup_size(128)
 fn project_clusters(
     @builtin(workgroup_id) workgroup: vec3u,
     @builtin(num_workgroups) workgroups: vec3u,
@@ -133,10 +133,13 @@ fn project_clusters(
         let group = row_group(cluster, first_group + local / LANES, count);
         var sums = Sums();
         for (var tile = 0u; tile < count; tile += TILE) {
+            let quad_count = (min(TILE, count - tile) + 3u) / 4u;
             workgroupBarrier();
-            quads[local] = load_quad(cluster, tile / 4u + local);
+            for (var quad = local; quad < quad_count; quad += WORKGROUP) {
+                quads[quad] = load_quad(cluster, tile / 4u + quad);
+            }
             workgroupBarrier();
-            let end = select(0u, (min(TILE, count - tile) + 3u) / 4u, is_group);
+            let end = select(0u, quad_count, is_group);
             // Each loop decodes one encoding and nothing else.
             if group.encoding == F16 {
                 sums = add_products(sums, F16, group.starts, line_words(F16, count), tile, end, lane);
