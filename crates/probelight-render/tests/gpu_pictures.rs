@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use probelight_eval::{ImageView, flip};
 use probelight_math::glam::Vec3;
 use probelight_render::gpu::{GpuView, PictureTarget, Presenter, Shading, ViewOptions};
-use probelight_render::{DisplayImage, Exposure, Image, RenderOptions, RenderOutput, ToneMap, View, render};
+use probelight_render::{DisplayImage, Exposure, Image, RenderOutput, ToneMap};
 use probelight_runtime::gpu::GpuDevice;
 use probelight_runtime::gpu::readback::read_texture;
-use support::{GpuPictures, cpu_picture, lit_scene};
+use support::{GpuPictures, baked_cornell, cpu_picture, lit_scene};
 
 /// Mean FLIP difference of two pictures, both shown with the exposure that suits the second.
 fn shown_difference(image: &Image, reference: &Image) -> f64 {
@@ -67,7 +67,7 @@ fn the_atrium_looks_as_on_the_cpu() {
 #[test]
 fn the_comparison_notices_other_light() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
-    let mut lit = lit_scene("cornell");
+    let mut lit = baked_cornell();
     let mut pictures = GpuPictures::new(gpu, &lit);
     let options = ViewOptions { view: GpuView::Indirect, shading: Shading::Diffuse };
     let before = cpu_picture(&lit, RenderOutput::Indirect);
@@ -111,7 +111,7 @@ fn linear(picture: &DisplayImage) -> Image {
 #[test]
 fn every_view_is_as_it_was_looked_at() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
-    let mut lit = lit_scene("cornell");
+    let mut lit = baked_cornell();
     (lit.camera.width, lit.camera.height) = (128, 96);
     let mut pictures = GpuPictures::new(gpu, &lit);
     let diffuse = GpuView::ALL.map(|view| ViewOptions { view, shading: Shading::Diffuse });
@@ -135,7 +135,7 @@ fn every_view_is_as_it_was_looked_at() {
 #[test]
 fn windows_show_what_files_hold() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
-    let lit = lit_scene("cornell");
+    let lit = baked_cornell();
     let mut pictures = GpuPictures::new(gpu, &lit);
     for format in [wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureFormat::Rgba8UnormSrgb] {
         for view in [GpuView::Full, GpuView::Clusters] {

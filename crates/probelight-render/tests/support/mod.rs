@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use probelight_asset::Method;
+use probelight_asset::{BakedScene, Method};
 use probelight_bake::{BakeOptions, bake};
 use probelight_math::glam::{Vec3, vec3};
 use probelight_render::gpu::{GpuRenderer, PictureTarget, UploadedLight, ViewOptions};
@@ -36,7 +36,21 @@ pub(crate) fn lit_scene(name: &str) -> LitExample {
         max_rank: Some(8),
         ..BakeOptions::default()
     };
-    let baked = bake(Arc::new(scene), &options, None, &Silent).unwrap();
+    lit(bake(Arc::new(scene), &options, None, &Silent).unwrap(), name)
+}
+
+/// The Cornell box from a baked file, so that its pictures only change when the renderer or the runtime does. Made by
+///
+/// ```sh
+/// probelight bake assets/scenes/cornell.glb -o crates/probelight-render/tests/data/cornell.plight \
+///     --receivers 800 --rays 256 --relight-rays 64 --sh-degree 3 --max-rank 8
+/// ```
+pub(crate) fn baked_cornell() -> LitExample {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell.plight");
+    lit(BakedScene::read(&path).unwrap(), "cornell")
+}
+
+fn lit(baked: BakedScene, name: &str) -> LitExample {
     let mut runtime = Runtime::new(Arc::new(baked)).unwrap();
     runtime.set_lighting(lighting(name));
     runtime.converge(1e-3, 30);
