@@ -14,7 +14,7 @@ use probelight_trace::{Hit, Tracer};
 use crate::atlas::Atlas;
 use crate::partition::{KdRule, by_air_space};
 use crate::receivers::{Receiver, Receivers};
-use crate::texel_points::{SamplePoint, TexelPoints};
+use crate::texel_points::{SamplePoint, TexelPoints, keep_exposed};
 
 /// A surfel's width that a unit difference of normals counts as: faces at right angles part.
 const WIDTHS_PER_NORMAL: f32 = 1.5;
@@ -239,7 +239,7 @@ impl Builder<'_> {
             .iter()
             .flat_map(|r| self.points.of(*r).iter().map(|point| TexelPoint { receiver: *r, point: *point }))
             .collect();
-        self.add_samples(points, self.samples, tree);
+        self.add_samples(keep_exposed(points, |p| p.point.exposure), self.samples, tree);
         let sample_count = tree.light_samples.len() as u32 - first_sample;
         tree.surfels.push(Surfel { first_sample, sample_count });
         tree.sizes.push(self.area(group));
@@ -265,7 +265,7 @@ impl Builder<'_> {
         let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
         let at = |p: &TexelPoint| p.point.position[axis];
         points.sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.receiver.cmp(&b.receiver)));
-        let upper = points.split_off(middle_by_exposure(&points, (most / 2) as f32 / most as f32));
+        let upper = points.split_off(points_within(&points, (most / 2) as f32 / most as f32));
         if points.is_empty() {
             return self.add_samples(upper, most - most / 2, tree);
         }
@@ -295,16 +295,16 @@ impl Builder<'_> {
     }
 }
 
-/// Where to part points so that the first of them have that share of the exposure.
-fn middle_by_exposure(points: &[TexelPoint], share: f32) -> usize {
+/// How many of the first points have at most that share of the exposure of all.
+fn points_within(points: &[TexelPoint], share: f32) -> usize {
     let exposure = |p: &TexelPoint| u32::from(p.point.exposure);
     let wanted = share * points.iter().map(exposure).sum::<u32>() as f32;
-    let mut sum = 0.0;
-    let below = |p: &&TexelPoint| {
-        sum += exposure(p) as f32;
-        sum <= wanted
+    let mut sum = 0;
+    let is_within = |p: &&TexelPoint| {
+        sum += exposure(p);
+        sum as f32 <= wanted
     };
-    points.iter().take_while(below).count()
+    points.iter().take_while(is_within).count()
 }
 
 fn light_sample_at(tracer: &Tracer, atlas: &Atlas, hit: &Hit, position: Vec3) -> LightSample {
@@ -360,8 +360,8 @@ mod tests {
         let size = scene.resolved.settings.surfel_size;
         let members = receivers_by_surfel(&scene);
         for (surfel, members) in members.iter().enumerate() {
-            let points = members.iter().map(|r| scene.receivers.points.of(*r as u32).len());
-            assert_eq!(tree.sizes[surfel] as usize, points.sum::<usize>());
+            let points = members.iter().flat_map(|r| scene.receivers.points.of(*r as u32));
+            assert_eq!(tree.sizes[surfel], points.map(|point| u32::from(point.exposure)).sum::<u32>());
             let receiver = |r: &usize| &scene.receivers.receivers[*r];
             let charts: BTreeSet<u32> = members.iter().map(|r| receiver(r).chart).collect();
             assert_eq!(charts.len(), 1, "surfel {surfel}");
@@ -404,14 +404,41 @@ mod tests {
         let scene = SmallScene::load("cornell.glb");
         let tree = &scene.light.surfels;
         let most = scene.resolved.settings.samples_per_surfel;
-        for (s, surfel) in tree.surfels.iter().enumerate() {
-            assert_eq!(surfel.sample_count, most.min(tree.sizes[s]));
+        for ((s, surfel), members) in tree.surfels.iter().enumerate().zip(receivers_by_surfel(&scene)) {
+            let points: usize = members.iter().map(|r| scene.receivers.points.of(*r as u32).len()).sum();
+            let count = surfel.sample_count;
+            assert!(count <= most && count as usize <= points && 2 * count >= most.min(points as u32));
             let samples = &tree.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize];
             let surfel_of = |sample: &LightSample| tree.surfel_of_texel[sample.texel as usize];
             assert!(samples.iter().all(|sample| surfel_of(sample) == s as u32));
         }
         let used: u32 = tree.surfels.iter().map(|surfel| surfel.sample_count).sum();
         assert_eq!(used as usize, tree.light_samples.len());
+    }
+
+    #[test]
+    fn light_samples_leave_out_what_lies_hidden_beside_exposed_surface() {
+        // The lamp's panel hangs five millimetres below the ceiling.
+        let scene = SmallScene::load("cornell_empty.glb");
+        let tree = &scene.light.surfels;
+        let (mut hidden_points, mut hidden_samples, mut points, mut samples) = (0, 0, 0, 0);
+        for (surfel, members) in tree.surfels.iter().zip(receivers_by_surfel(&scene)) {
+            let members = members.iter().flat_map(|r| scene.receivers.points.of(*r as u32));
+            let (hidden, exposed): (Vec<&SamplePoint>, Vec<&SamplePoint>) =
+                members.partition(|point| point.exposure < 10);
+            if hidden.is_empty() || exposed.iter().all(|point| point.exposure < 50) {
+                continue;
+            }
+            let of_surfel = &tree.light_samples[surfel.first_sample as usize..];
+            let of_surfel = &of_surfel[..surfel.sample_count as usize];
+            let is_hidden = |s: &&LightSample| hidden.iter().any(|point| point.position == s.position);
+            hidden_points += hidden.len();
+            points += hidden.len() + exposed.len();
+            hidden_samples += of_surfel.iter().filter(is_hidden).count();
+            samples += of_surfel.len();
+        }
+        assert!(hidden_points * 5 > points, "{hidden_points} of {points} points");
+        assert!(hidden_samples * 20 < samples, "{hidden_samples} of {samples} samples");
     }
 
     #[test]

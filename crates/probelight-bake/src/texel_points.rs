@@ -56,7 +56,7 @@ const FULL_EXPOSURE: u8 = 100;
 /// Rays that measure a point's exposure.
 const EXPOSURE_RAYS: u32 = 8;
 
-/// Points less exposed than the best of their texel by this factor do not count.
+/// Points less exposed than the best beside them by this factor do not count.
 const LEAST_EXPOSURE: u32 = 4;
 
 /// Points tried in each texel.
@@ -89,9 +89,7 @@ impl TexelPoints {
                 for (i, point) in (0..).zip(&mut points) {
                     point.exposure = exposure(tracer, point, texel_size, hash_pair(receiver.texel, i));
                 }
-                let best = points.iter().map(|point| point.exposure).max().unwrap_or(0);
-                points.retain(|point| u32::from(point.exposure) * LEAST_EXPOSURE >= u32::from(best));
-                points
+                keep_exposed(points, |point| point.exposure)
             })
             .collect();
         let ends = kept.iter().scan(0, |end, points| {
@@ -178,6 +176,13 @@ pub(crate) fn point_on_face(tracer: &Tracer, atlas: &Atlas, face: u32, barycentr
     }
 }
 
+/// Leaves out points that are hidden while others beside them are exposed.
+pub(crate) fn keep_exposed<T>(mut points: Vec<T>, exposure: impl Fn(&T) -> u8) -> Vec<T> {
+    let best = points.iter().map(&exposure).max().unwrap_or(0);
+    points.retain(|point| u32::from(exposure(point)) * LEAST_EXPOSURE >= u32::from(best));
+    points
+}
+
 /// Exposure of a point, percent: the cosine-weighted share of directions that are free over `distance` metres.
 /// Half of them count as all: in the corner of two walls no more than that is free, and the corner is seen as
 /// well as the walls are.
@@ -189,4 +194,22 @@ fn exposure(tracer: &Tracer, point: &SamplePoint, distance: f32, seed: u32) -> u
     };
     let free = (0..EXPOSURE_RAYS).filter(is_free).count() as u32;
     (u32::from(FULL_EXPOSURE) * 2 * free / EXPOSURE_RAYS).clamp(1, u32::from(FULL_EXPOSURE)) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::small_scene::SmallScene;
+
+    #[test]
+    fn exposure_is_full_on_open_floor_and_in_corners_and_least_under_the_lamp() {
+        let scene = SmallScene::load("cornell_empty.glb");
+        let exposure = |position, normal, distance| {
+            let point = SamplePoint { position, normal, ..SamplePoint::default() };
+            exposure(&scene.tracer, &point, distance, 1)
+        };
+        assert_eq!(exposure(Vec3::new(2.0, 0.0, 2.0), Vec3::Y, 0.1), FULL_EXPOSURE);
+        assert!(exposure(Vec3::new(0.01, 0.0, 2.0), Vec3::Y, 0.5) >= FULL_EXPOSURE / 2);
+        assert_eq!(exposure(Vec3::new(2.78, 5.488, 2.8), Vec3::NEG_Y, 0.1), 1);
+    }
 }
