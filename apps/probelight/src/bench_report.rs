@@ -21,6 +21,8 @@ pub(crate) struct BenchReport {
     is_software: bool,
     driver: String,
     threads: usize,
+    /// Whether lights changed with each frame.
+    lights_move: bool,
     /// Gigabytes per second that a copy reads and writes.
     copy_gb_per_s: f64,
     scenes: Vec<SceneReport>,
@@ -97,7 +99,7 @@ impl StageReport {
 }
 
 impl BenchReport {
-    pub(crate) fn new(backend: &Backend, clock: &StageClock) -> Self {
+    pub(crate) fn new(backend: &Backend, clock: &StageClock, lights_move: bool) -> Self {
         let (is_software, driver) = match backend {
             Backend::Cpu => (false, String::new()),
             Backend::Gpu(gpu) => (gpu.is_software(), format!("{} {}", gpu.info.driver, gpu.info.driver_info)),
@@ -108,6 +110,7 @@ impl BenchReport {
             is_software,
             driver,
             threads: rayon::current_num_threads(),
+            lights_move,
             copy_gb_per_s: clock.copy_bandwidth * 1e-9,
             scenes: Vec::new(),
         }
@@ -134,6 +137,12 @@ impl BenchReport {
     pub(crate) fn table(&self) -> Result<String, std::fmt::Error> {
         let mut text = String::new();
         writeln!(text, "{}{}", self.device, if self.is_software { ", a driver in software" } else { "" })?;
+        let changes = if self.lights_move {
+            "lights change with each frame"
+        } else {
+            "nothing changes but bounced light"
+        };
+        writeln!(text, "{changes}")?;
         writeln!(text, "a copy reads and writes {:.1} GB/s", self.copy_gb_per_s)?;
         for SceneReport { scene, stages, frame, times_published_at_same_bandwidth } in &self.scenes {
             writeln!(

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use probelight_asset::BakedScene;
 use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, Stage, copy_bandwidth};
 use probelight_runtime::{FrameTimings, Runtime, stage_bytes};
-use probelight_scene::Lighting;
+use probelight_scene::{Light, Lighting};
 use rayon::prelude::*;
 
 use crate::backend::Backend;
@@ -53,26 +53,52 @@ impl<'a> StageClock<'a> {
         }
     }
 
-    /// Measures frames of a scene in which nothing changes but the bounced light.
-    pub(crate) fn measure(
-        &self,
-        baked: Arc<BakedScene>,
-        lighting: &Lighting,
-        frames: usize,
-    ) -> anyhow::Result<MeasuredFrames> {
+    /// Measures frames of a scene.
+    pub(crate) fn measure(&self, baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
         match self.gpu {
-            None => measure_cpu(baked, lighting, frames),
-            Some(gpu) => measure_gpu(gpu, baked, lighting, frames),
+            None => measure_cpu(baked, show),
+            Some(gpu) => measure_gpu(gpu, baked, show),
         }
     }
 }
 
-fn measure_cpu(baked: Arc<BakedScene>, lighting: &Lighting, frames: usize) -> anyhow::Result<MeasuredFrames> {
-    let bytes = stage_bytes(&baked);
+/// The light of the frames that are measured.
+pub(crate) struct LightShow {
+    pub(crate) lighting: Lighting,
+    /// Whether the analytic lights change with each frame; else nothing changes but the bounced light.
+    pub(crate) lights_move: bool,
+    /// Number of frames.
+    pub(crate) frames: usize,
+}
+
+impl LightShow {
+    fn lighting(&self, frame: usize) -> Lighting {
+        let mut lighting = self.lighting.clone();
+        // Any change counts: the work is that of a light that moves.
+        if self.lights_move && !frame.is_multiple_of(2) {
+            lighting.lights.iter_mut().for_each(brighten);
+        }
+        lighting
+    }
+}
+
+fn brighten(light: &mut Light) {
+    match light {
+        Light::Point { intensity: power, .. }
+        | Light::Spot { intensity: power, .. }
+        | Light::Directional { irradiance: power, .. } => *power *= 1.01,
+    }
+}
+
+fn measure_cpu(baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
+    let bytes = stage_bytes(&baked, show.lights_move);
     let mut runtime = Runtime::new(baked)?;
-    runtime.set_lighting(lighting.clone());
-    (0..WARM_UP).for_each(|_| _ = runtime.step());
-    let timings: Vec<FrameTimings> = (0..frames).map(|_| runtime.step()).collect();
+    let mut measure = |frame| {
+        runtime.set_lighting(show.lighting(frame));
+        runtime.step()
+    };
+    (0..WARM_UP).for_each(|frame| _ = measure(frame));
+    let timings: Vec<FrameTimings> = (WARM_UP..WARM_UP + show.frames).map(measure).collect();
     let of = |stage: fn(&FrameTimings) -> Duration| timings.iter().map(stage).collect::<Vec<_>>();
     let times = [
         of(|t| t.light_surfels),
@@ -86,18 +112,13 @@ fn measure_cpu(baked: Arc<BakedScene>, lighting: &Lighting, frames: usize) -> an
     Ok(MeasuredFrames::new(stages.collect(), of(FrameTimings::total)))
 }
 
-fn measure_gpu(
-    gpu: &GpuDevice,
-    baked: Arc<BakedScene>,
-    lighting: &Lighting,
-    frames: usize,
-) -> anyhow::Result<MeasuredFrames> {
+fn measure_gpu(gpu: &GpuDevice, baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
     let mut runtime = GpuRuntime::new(&gpu.device, &gpu.queue, baked, GpuOptions::default())?;
-    runtime.set_lighting(lighting.clone())?;
-    runtime.measure_frames(WARM_UP)?;
-    let timings = runtime.measure_frames(frames)?;
+    let mut timings = runtime
+        .measure_frames(WARM_UP + show.frames, |runtime, frame| runtime.set_lighting(show.lighting(frame)))?;
+    timings.drain(..WARM_UP);
     gpu.check()?;
-    let bytes = runtime.stage_bytes();
+    let bytes = runtime.stage_bytes(show.lights_move);
     let stages = Stage::ALL.map(|stage| {
         let times = timings.iter().map(|timing| timing.stages[stage as usize]).collect();
         MeasuredStage::new(stage.name(), times, bytes[stage as usize])

@@ -169,7 +169,7 @@ impl Studio {
                 ]
             }
             Self::Gpu(studio) => {
-                let frames = studio.runtime.measure_frames(1)?;
+                let frames = studio.runtime.measure_frames(1, |_, _| Ok(()))?;
                 frames.first().map_or(Vec::new(), |frame| frame.stages.to_vec())
             }
         };

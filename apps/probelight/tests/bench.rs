@@ -50,6 +50,15 @@ fn stages_are_measured_on_the_cpu() {
 }
 
 #[test]
+fn moving_lights_are_work() {
+    let bytes = |figures: &Value| figures["scenes"][0]["stages"][0]["bytes"].as_u64().unwrap();
+    let [still, moving] = ["", "--moving-lights"]
+        .map(|flag| figures(&format!("--synthetic 1000 --frames 2 --backend cpu {flag}")));
+    assert!(is_complete(&moving, &STAGES[..5]), "{moving:#}");
+    assert!(bytes(&moving) > bytes(&still));
+}
+
+#[test]
 fn stages_are_measured_on_a_gpu() {
     let first = bench("--synthetic 1000 --frames 1 --backend gpu");
     if !first.status.success() && String::from_utf8_lossy(&first.stderr).contains("no GPU was found") {
@@ -57,7 +66,9 @@ fn stages_are_measured_on_a_gpu() {
         return;
     }
     for method in ["hybrid", "paper"] {
-        let figures = figures(&format!("--synthetic 1000 --method {method} --frames 2 --backend gpu"));
+        let arguments =
+            format!("--synthetic 1000 --method {method} --frames 2 --backend gpu --moving-lights");
+        let figures = figures(&arguments);
         assert!(is_complete(&figures, &STAGES), "{figures:#}");
     }
 }

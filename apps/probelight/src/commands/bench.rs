@@ -12,7 +12,7 @@ use probelight_scene::{Lighting, Setup};
 use crate::backend::BackendFlags;
 use crate::bench_report::{BenchReport, SceneFigures};
 use crate::console::{self, Console};
-use crate::stage_clock::StageClock;
+use crate::stage_clock::{LightShow, StageClock};
 use crate::{interrupt, output};
 
 const EXAMPLES: &str = "\
@@ -20,6 +20,7 @@ Examples:
   probelight bench room.plight --backend gpu
   probelight bench --synthetic 512000 --backend cpu
   probelight bench --synthetic 512000 --method paper --adapter h100 --json
+  probelight bench --synthetic 512000 --moving-lights        with direct light and shading in each frame
   probelight bench --scaling --backend gpu -o bench.json     50,000 to 8 million receivers
 
 Each stage moves at least its inputs and its outputs once. `of copy` is the speed at which it would then have moved
@@ -55,6 +56,9 @@ pub(crate) struct Flags {
     /// What synthetic scenes are like
     #[arg(long, value_enum, default_value_t)]
     method: MethodFlag,
+    /// Change the lights before each frame, so that direct light and shading count too (drawing shadow maps does not)
+    #[arg(long)]
+    moving_lights: bool,
     /// Frames to measure
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
@@ -85,12 +89,13 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     }
     let backend = flags.backend.open(console)?;
     let clock = StageClock::new(&backend)?;
-    let mut report = BenchReport::new(&backend, &clock);
+    let mut report = BenchReport::new(&backend, &clock, flags.moving_lights);
     for scene in flags.scenes() {
         let (baked, lighting, name) = scene.load()?;
         console.note(format!("measuring {name}, {} receivers", baked.receiver_texels.len()));
         let figures = SceneFigures::of(name, &baked);
-        let measured = clock.measure(baked, &lighting, flags.frames as usize)?;
+        let show = LightShow { lighting, lights_move: flags.moving_lights, frames: flags.frames as usize };
+        let measured = clock.measure(baked, &show)?;
         report.add(figures, &measured);
         interrupt::check()?;
     }

@@ -12,8 +12,8 @@ use super::stage_shaders::COPY_WORDS;
 use super::storage::Storage;
 use super::timestamps::{FrameTimestamps, PassTimestamps};
 
-/// Frames before each that is measured, in the same submission, so that the GPU does not fall asleep in between.
-const FRAMES_BEFORE: usize = 3;
+/// Stages before each frame that is measured, in the same submission, so that the GPU does not fall asleep.
+const STAGES_BEFORE: usize = 15;
 
 /// Most bytes copied to measure the bandwidth: many times what caches hold.
 const COPY_BYTES: u64 = 128 << 20;
@@ -22,28 +22,38 @@ const COPY_BYTES: u64 = 128 << 20;
 const COPIES: usize = 10;
 
 impl GpuRuntime {
-    /// Measures as many frames in which nothing changes but the bounced light.
+    /// Measures as many frames. Before each, `change` may change lights and colours; drawing the shadow maps is not
+    /// measured.
     ///
     /// A GPU's own clock tells how long each stage took within a whole frame. Drivers in software note times when
     /// work is handed to their threads, not when it is done; for them, and for GPUs without such a clock, each stage
     /// is submitted by itself and waited for.
     ///
     /// # Errors
-    /// [`GpuError::Lost`] if the GPU does not answer.
-    pub fn measure_frames(&mut self, frames: usize) -> Result<Vec<StageTimings>, GpuError> {
+    /// [`GpuError::Lost`] if the GPU does not answer, or an error of `change`.
+    pub fn measure_frames(
+        &mut self,
+        frames: usize,
+        mut change: impl FnMut(&mut Self, usize) -> Result<(), GpuError>,
+    ) -> Result<Vec<StageTimings>, GpuError> {
         let is_software = self.device.adapter_info().device_type == wgpu::DeviceType::Cpu;
-        match FrameTimestamps::new(&self.device, &self.queue) {
-            Some(timestamps) if !is_software => {
-                (0..frames).map(|_| self.measure_by_timestamps(&timestamps)).collect()
+        let timestamps = FrameTimestamps::new(&self.device, &self.queue).filter(|_| !is_software);
+        let measure = |frame| {
+            change(self, frame)?;
+            match &timestamps {
+                Some(timestamps) => self.measure_by_timestamps(timestamps),
+                None => self.measure_by_waiting(),
             }
-            _ => (0..frames).map(|_| self.measure_by_waiting()).collect(),
-        }
+        };
+        (0..frames).map(measure).collect()
     }
 
     fn measure_by_timestamps(&mut self, timestamps: &FrameTimestamps) -> Result<StageTimings, GpuError> {
         let mut encoder = new_encoder(&self.device);
-        for _ in 0..FRAMES_BEFORE {
-            self.encode(&mut encoder);
+        self.encode_shadow_maps(&mut encoder);
+        // The later stages of a frame keep the GPU awake; the first one would use up the changes.
+        for stage in Stage::ALL[1..].iter().cycle().take(STAGES_BEFORE) {
+            self.encode_stage(*stage, &mut encoder, None);
         }
         self.encode_timed(&mut encoder, timestamps);
         self.queue.submit([encoder.finish()]);
@@ -51,6 +61,9 @@ impl GpuRuntime {
     }
 
     fn measure_by_waiting(&mut self) -> Result<StageTimings, GpuError> {
+        let mut encoder = new_encoder(&self.device);
+        self.encode_shadow_maps(&mut encoder);
+        submit_and_wait(&self.device, &self.queue, encoder)?;
         let mut stages = [Duration::ZERO; Stage::ALL.len()];
         for (stage, time) in Stage::ALL.into_iter().zip(&mut stages) {
             let mut encoder = new_encoder(&self.device);
@@ -61,8 +74,8 @@ impl GpuRuntime {
     }
 
     /// Bytes that each stage must move if it reads each of its inputs once and writes each of its outputs once; in the
-    /// order of [`Stage::ALL`]. Shadow maps and shading after changes are not counted.
-    pub fn stage_bytes(&self) -> [u64; Stage::ALL.len()] {
+    /// order of [`Stage::ALL`]. Shadow maps are not counted, direct light and shading only if `lights_move`.
+    pub fn stage_bytes(&self, lights_move: bool) -> [u64; Stage::ALL.len()] {
         let (baked, buffers) = (&self.baked, &self.buffers);
         let texel = 8;
         let rgb = RGB_BYTES;
@@ -81,7 +94,9 @@ impl GpuRuntime {
         let clusters = |bytes: fn(&ClusterShard) -> u64| self.shards.iter().map(bytes).sum::<u64>();
         Stage::ALL.map(|stage| match stage {
             Stage::LightSurfels => {
-                self.stages.light_surfels.feedback_bytes() + buffers.irradiance.size() + scalar_signals
+                let light = &self.stages.light_surfels;
+                let shading = if lights_move { light.shading_bytes() } else { 0 };
+                light.feedback_bytes() + shading + buffers.irradiance.size() + scalar_signals
             }
             Stage::RelightProbes => relight_rays + basis + surfels + coefficients,
             Stage::ProjectClusters => clusters(|shard| shard.projection_bytes()) + buffers.signals.size(),

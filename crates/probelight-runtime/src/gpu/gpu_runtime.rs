@@ -200,6 +200,12 @@ impl GpuRuntime {
         timestamps.resolve(encoder);
     }
 
+    /// Draws the shadow maps if a light changed. The first stage does so by itself; whoever measures it may want to
+    /// draw them before.
+    pub fn encode_shadow_maps(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        self.shadow_maps.encode(encoder, &self.geometry);
+    }
+
     /// Encodes one stage. A frame is all of them, in order.
     pub fn encode_stage(
         &mut self,
@@ -253,7 +259,7 @@ impl GpuRuntime {
             self.stages.light_surfels.set_sky(queue, baked, buffers, &state.lighting.sky);
             self.stages.relight_probes.set_sky(queue, baked, &state.lighting.sky);
         }
-        self.shadow_maps.encode(encoder, &self.geometry);
+        self.encode_shadow_maps(encoder);
         Changes { direct: stale.direct, shading: stale.direct || stale.shading }
     }
 

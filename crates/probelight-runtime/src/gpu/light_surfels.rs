@@ -159,6 +159,11 @@ impl LightSurfels {
         self.shards.iter().map(|shard| shard.data.feedback_bytes()).sum::<u64>() + self.groups.bytes()
     }
 
+    /// What direct light and shading read and write, bytes.
+    pub(super) fn shading_bytes(&self) -> u64 {
+        self.shards.iter().map(|shard| shard.data.shading_bytes()).sum()
+    }
+
     /// Sample numbers and direct light of each portion of the samples.
     pub(super) fn direct(&self) -> impl Iterator<Item = (&[u32], &wgpu::Buffer)> {
         self.shards.iter().map(|shard| (&shard.data.sample_order[..], &shard.data.direct))

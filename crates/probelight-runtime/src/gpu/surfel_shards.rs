@@ -140,6 +140,12 @@ impl SurfelShard {
         self.first_bounces.size() + self.bounces.size() + self.unbounced.size()
     }
 
+    /// What direct light and shading read and write of the shard, bytes. Direct light is written, then read.
+    pub(super) fn shading_bytes(&self) -> u64 {
+        let samples = self.places.size() + self.colors.size() + 2 * self.direct.size();
+        samples + self.first_samples.size() + self.feedback_bytes()
+    }
+
     fn new(
         storage: &Storage,
         baked: &BakedScene,
