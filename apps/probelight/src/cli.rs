@@ -4,7 +4,7 @@ use std::num::NonZeroU16;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::commands::{bake, completions, demo, eval, info, man, reference, render};
+use crate::commands::{bake, bench, completions, demo, eval, info, man, reference, render};
 use crate::console::Console;
 
 const TOUR: &str = "\
@@ -56,6 +56,8 @@ pub(crate) enum Command {
     Reference(reference::Flags),
     /// Measure a baked file's error against reference points
     Eval(eval::Flags),
+    /// Measure how fast the stages of a frame are, and how near to what the memory allows
+    Bench(bench::Flags),
     /// Print a completion script for a shell
     Completions(completions::Flags),
     /// Write the manual pages into a folder
@@ -78,6 +80,7 @@ impl Command {
             Self::Render(flags) => render::run(flags, console),
             Self::Reference(flags) => reference::run(flags, console),
             Self::Eval(flags) => eval::run(&flags, console),
+            Self::Bench(flags) => bench::run(&flags, console),
             Self::Completions(flags) => completions::run(&flags),
             Self::Man(flags) => man::run(&flags, console),
         }

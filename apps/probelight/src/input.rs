@@ -6,7 +6,8 @@ use std::sync::Arc;
 use anyhow::{Context, bail};
 use probelight_asset::BakedScene;
 use probelight_bake::BakeOptions;
-use probelight_runtime::Runtime;
+use probelight_runtime::gpu::GpuRuntime;
+use probelight_runtime::{Convergence, Runtime};
 use probelight_scene::{Camera, Scene, Setup, load_gltf};
 
 use crate::console::Console;
@@ -67,7 +68,21 @@ const MAX_BOUNCES: usize = 200;
 /// Lets the setup's light bounce until nothing changes any more; returns the number of bounces.
 pub(crate) fn light(runtime: &mut Runtime, setup: &Setup, console: &Console) -> usize {
     runtime.set_lighting(setup.lighting.clone());
-    let convergence = runtime.converge(CONVERGED, MAX_BOUNCES);
+    note_convergence(runtime.converge(CONVERGED, MAX_BOUNCES), console)
+}
+
+/// As [`light`], on a GPU.
+pub(crate) fn light_on_gpu(
+    runtime: &mut GpuRuntime,
+    setup: &Setup,
+    console: &Console,
+) -> anyhow::Result<usize> {
+    runtime.set_lighting(setup.lighting.clone())?;
+    Ok(note_convergence(runtime.converge(CONVERGED, MAX_BOUNCES)?, console))
+}
+
+/// Says if light was still changing at the end; returns the number of bounces.
+fn note_convergence(convergence: Convergence, console: &Console) -> usize {
     if convergence.change > CONVERGED {
         console.note(format!(
             "light was still changing by {:.1e} after {MAX_BOUNCES} bounces",

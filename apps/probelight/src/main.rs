@@ -3,7 +3,9 @@
 //! Each command is a file in `commands`: its raw flags (clap), the settings resolved from them, and what it
 //! does. Everything ends in [`main`], the only place that prints an error and chooses the exit code.
 
+mod backend;
 mod bake_settings;
+mod bench_report;
 mod bundled;
 mod cli;
 mod commands;
@@ -14,6 +16,8 @@ mod interrupt;
 mod matrix_figures;
 mod output;
 mod points;
+mod stage_clock;
+mod studio;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use probelight_asset::write_atomically;
-use probelight_render::{Exposure, Image, ToneMap};
+use probelight_render::{DisplayImage, Exposure, Image, ToneMap};
 
 /// Fails now if writing `output` at the end would: its folder is missing or not writable, it is no ordinary
 /// file, or it is one of the inputs.
@@ -73,19 +73,24 @@ impl PictureFormat {
     }
 }
 
-/// Writes a picture; returns the exposure that was used, as a power of two, if it was tone mapped.
+/// Writes a picture; returns the exposure that was used, as a power of two, if it was tone mapped. Pictures of
+/// colours, not of light, have no `exposure`.
 pub(crate) fn write_picture(
     image: &Image,
     path: &Path,
     format: PictureFormat,
-    exposure: Exposure,
+    exposure: Option<Exposure>,
 ) -> anyhow::Result<Option<f32>> {
-    match format {
-        PictureFormat::Exr => {
+    match (format, exposure) {
+        (PictureFormat::Exr, _) => {
             image.write_exr(path)?;
             Ok(None)
         }
-        PictureFormat::Png => {
+        (PictureFormat::Png, None) => {
+            DisplayImage::from_colors(image).write_png(path)?;
+            Ok(None)
+        }
+        (PictureFormat::Png, Some(exposure)) => {
             let tone_map = ToneMap::new(exposure, image);
             tone_map.apply(image).write_png(path)?;
             Ok(Some(tone_map.ev()))

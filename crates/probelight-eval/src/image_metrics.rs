@@ -8,9 +8,9 @@ use crate::EvalError;
 /// A picture of someone else's, linear Rec. 709, rows from the top.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageView<'a> {
-    width: usize,
-    height: usize,
-    pixels: &'a [Vec3],
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) pixels: &'a [Vec3],
 }
 
 impl<'a> ImageView<'a> {
@@ -30,7 +30,7 @@ impl<'a> ImageView<'a> {
         Ok(Self { width, height, pixels })
     }
 
-    fn check_same_size(&self, other: &Self) -> Result<(), EvalError> {
+    pub(crate) fn check_same_size(&self, other: &Self) -> Result<(), EvalError> {
         if (self.width, self.height) == (other.width, other.height) {
             return Ok(());
         }

@@ -1,13 +1,15 @@
 //! How far Probelight is from reference data.
 //!
 //! [`ReferencePoints`] reads path-traced irradiance at points of a scene; [`PointErrors`] compares predictions
-//! with it, row by row; [`write_predictions`] keeps them. [`BorderJumps`] measures seams between clusters. [`relative_mse`] and [`ssim`] compare images.
+//! with it, row by row; [`write_predictions`] keeps them. [`BorderJumps`] measures the seams between clusters.
+//! [`relative_mse`], [`ssim`] and [`flip`] compare images.
 //!
 //! Predictions are an argument, so that anything that answers "what irradiance arrives here?" can be held
 //! against the same reference.
 
 mod border_jumps;
 mod error;
+mod flip;
 mod image_metrics;
 mod point_errors;
 mod predictions;
@@ -15,6 +17,7 @@ mod reference_points;
 
 pub use border_jumps::BorderJumps;
 pub use error::EvalError;
+pub use flip::flip;
 pub use image_metrics::{ImageView, relative_mse, ssim};
 pub use point_errors::{COMPARED, PointErrors, PointSelection, largest_irradiance};
 pub use predictions::write_predictions;

@@ -6,8 +6,9 @@ use std::path::Path;
 use image::ImageEncoder;
 use image::codecs::png::PngEncoder;
 use probelight_asset::write_atomically;
+use probelight_math::color::srgb8_from_linear;
 
-use crate::ImageError;
+use crate::{Image, ImageError};
 
 /// 8-bit sRGB pixels, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,6 +25,12 @@ impl DisplayImage {
     /// A picture of one colour.
     pub fn filled(width: u32, height: u32, pixel: [u8; 3]) -> Self {
         Self { width, height, pixels: vec![pixel; width as usize * height as usize] }
+    }
+
+    /// A linear picture of colours from 0 to 1 as it is, without exposure and curve.
+    pub fn from_colors(image: &Image) -> Self {
+        let pixels = image.pixels.iter().map(|pixel| srgb8_from_linear(*pixel)).collect();
+        Self { width: image.width, height: image.height, pixels }
     }
 
     /// The pixel in column `x` of row `y`, counted from the top left.

@@ -64,6 +64,20 @@ impl Image {
         self.pixels[y as usize * self.width as usize + x as usize]
     }
 
+    /// The picture at a whole fraction of its size: means over squares of `factor × factor` pixels. Rows and
+    /// columns left over are cut off.
+    pub fn reduced(&self, factor: u32) -> Self {
+        let factor = factor.max(1);
+        let (width, height) = (self.width / factor, self.height / factor);
+        let mean = |x: u32, y: u32| {
+            let square = (0..factor).flat_map(|dy| (0..factor).map(move |dx| (dx, dy)));
+            let sum: Vec3 = square.map(|(dx, dy)| self.pixel(x * factor + dx, y * factor + dy)).sum();
+            sum / (factor * factor) as f32
+        };
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y));
+        Self { width, height, pixels: pixels.collect() }
+    }
+
     /// Writes a 32-bit float RGB OpenEXR file (ZIP compressed), whole or not at all.
     ///
     /// # Errors
@@ -133,6 +147,16 @@ mod tests {
             *pixel = Vec3::new(i as f32 * 0.37, 1e5 / (i as f32 + 1.0), -(i as f32));
         }
         image
+    }
+
+    #[test]
+    fn reducing_takes_means_of_squares() {
+        let half = gradient().reduced(2);
+        assert_eq!((half.width, half.height, half.pixels.len()), (3, 2, 6));
+        let image = gradient();
+        let square = [(4, 2), (5, 2), (4, 3), (5, 3)].map(|(x, y)| image.pixel(x, y));
+        assert!(half.pixel(2, 1).abs_diff_eq(square.iter().sum::<Vec3>() / 4.0, 1e-3));
+        assert_eq!(gradient().reduced(1), gradient());
     }
 
     #[test]

@@ -13,6 +13,8 @@
 pub mod comparison;
 pub mod contact_sheet;
 pub mod display_image;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod image;
 mod pixel_filter;
 pub mod renderer;

@@ -5,55 +5,18 @@
 
 #![expect(clippy::print_stdout, reason = "the ratio is the benchmark's result")]
 
-#[path = "../tests/support/mod.rs"]
-mod support;
-
 use std::hint::black_box;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use probelight_asset::packed::Ranks;
+use probelight_runtime::synthetic::{SyntheticSize, synthetic_lighting, synthetic_room};
 use probelight_runtime::{FrameTimings, Runtime, frame_bytes};
 use probelight_scene::Lighting;
 use rayon::prelude::*;
-use support::{Size, all_lights, random_room};
 
-/// The size of a baked atrium as published: 120,000 receivers, relight rays that each see a point of their own.
-const PAPER: Size = Size {
-    clusters: 500,
-    receivers_per_cluster: 240,
-    ranks: Ranks { f16: 32, snorm8: 0, snorm4: 0 },
-    surfels: 400 * 512,
-    samples_per_surfel: 1,
-    surfel_groups: 0,
-    emitters: 0,
-    sky_degree: None,
-    signals_per_cluster: 0,
-    probes: 400,
-    probes_per_cluster: 10,
-    rays: 512,
-    sh_degree: 7,
-    varied: false,
-};
-
-/// The same number of receivers with surfels, few probes of low degree, and packed matrices.
-const HYBRID: Size = Size {
-    clusters: 1000,
-    receivers_per_cluster: 120,
-    ranks: Ranks { f16: 1, snorm8: 8, snorm4: 16 },
-    surfels: 20_000,
-    samples_per_surfel: 7,
-    surfel_groups: 20_000,
-    emitters: 20,
-    sky_degree: Some(4),
-    signals_per_cluster: 200,
-    probes: 100,
-    probes_per_cluster: 8,
-    rays: 256,
-    sh_degree: 2,
-    varied: false,
-};
+/// About as many as a baked atrium has.
+const RECEIVERS: usize = 120_000;
 
 /// More than any last-level cache holds.
 const BASELINE_BYTES: usize = 1 << 29;
@@ -75,9 +38,11 @@ fn timed(work: impl FnOnce()) -> Duration {
 }
 
 fn stages(criterion: &mut Criterion) {
-    for (name, size) in [("paper", PAPER), ("hybrid", HYBRID)] {
-        let mut runtime = Runtime::new(Arc::new(random_room(size))).unwrap();
-        runtime.set_lighting(all_lights());
+    for (name, size) in
+        [("paper", SyntheticSize::paper(RECEIVERS)), ("hybrid", SyntheticSize::hybrid(RECEIVERS))]
+    {
+        let mut runtime = Runtime::new(Arc::new(synthetic_room(size))).unwrap();
+        runtime.set_lighting(synthetic_lighting());
         runtime.step();
         bench_stages(criterion, name, &mut runtime);
         report_ratio(name, &mut runtime);
@@ -98,8 +63,8 @@ fn bench_stages(criterion: &mut Criterion, name: &str, runtime: &mut Runtime) {
     group.bench_function("frame_with_shadow_rays", |b| {
         b.iter_custom(|n| {
             let frame = |i| {
-                let lights = if i % 2 == 0 { Vec::new() } else { all_lights().lights };
-                runtime.set_lighting(Lighting { lights, ..all_lights() });
+                let lights = if i % 2 == 0 { Vec::new() } else { synthetic_lighting().lights };
+                runtime.set_lighting(Lighting { lights, ..synthetic_lighting() });
                 runtime.step().total()
             };
             // Half of the frames have no lights, hence no shadow rays.

@@ -1,6 +1,10 @@
 //! The frame's result: irradiance per lightmap texel.
 
+use probelight_asset::LightmapLayout;
 use probelight_math::glam::{Vec2, Vec3};
+use probelight_trace::Tracer;
+
+use crate::find_face::find_face;
 
 /// Irradiance that arrives by way of the probes: light that bounced, the sky, and emissive surfaces, W/m².
 /// Light straight from analytic lights is not in it.
@@ -44,6 +48,20 @@ impl IrradianceLightmap {
         let top = self.texels[at].lerp(self.texels[at + right], fraction.x);
         let bottom = self.texels[at + below].lerp(self.texels[at + below + right], fraction.x);
         top.lerp(bottom, fraction.y).max(Vec3::ZERO)
+    }
+
+    /// Irradiance (W/m²) of the surface at a world position, on its side towards `normal` (unit). `None` if the
+    /// tracer's scene has no such surface within a thousandth of its diagonal. Sides without light of their own,
+    /// such as the insides of solids, are dark.
+    pub fn irradiance_at(
+        &self,
+        tracer: &Tracer,
+        layout: &LightmapLayout,
+        position: Vec3,
+        normal: Vec3,
+    ) -> Option<Vec3> {
+        let texel = find_face(tracer, layout, position, normal)?;
+        Some(texel.map_or(Vec3::ZERO, |texel| self.sample(texel)))
     }
 }
 

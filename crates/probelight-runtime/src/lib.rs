@@ -1,4 +1,4 @@
-//! What Probelight computes each frame, on the CPU: indirect light that follows lights, sky and materials.
+//! What Probelight computes each frame, on the CPU or on a GPU: indirect light that follows lights, sky and materials.
 //!
 //! ```text
 //!  lights, sky, materials ─► light_surfels ─► relight_probes ─► project_clusters ─► gather_receivers
@@ -39,6 +39,9 @@
 //! # }
 //! ```
 //!
+//! `gpu::GpuRuntime` is the same on a GPU (feature `gpu`, on by default), with a device and command encoders of the
+//! caller's.
+//!
 //! The lightmap holds what arrives by way of surfels and probes: light that bounced, the sky, emissive surfaces.
 //! Renderers add the direct light of the analytic lights, which is sharper than a lightmap could hold.
 
@@ -46,10 +49,14 @@ pub mod cpu;
 mod error;
 mod find_face;
 mod frame_bytes;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod irradiance_lightmap;
 mod runtime;
+mod scene_state;
+pub mod synthetic;
 
 pub use error::RuntimeError;
-pub use frame_bytes::frame_bytes;
+pub use frame_bytes::{frame_bytes, stage_bytes};
 pub use irradiance_lightmap::IrradianceLightmap;
 pub use runtime::{Convergence, FrameTimings, Runtime};

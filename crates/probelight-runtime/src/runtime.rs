@@ -11,7 +11,7 @@ use probelight_trace::Tracer;
 use crate::cpu::{
     ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, ScalarSignals, SurfaceColors,
 };
-use crate::find_face::find_face;
+use crate::scene_state::SceneState;
 use crate::{IrradianceLightmap, RuntimeError};
 
 /// Lights a baked scene, frame by frame.
@@ -21,26 +21,13 @@ use crate::{IrradianceLightmap, RuntimeError};
 pub struct Runtime {
     baked: Arc<BakedScene>,
     tracer: Tracer,
-    lighting: Lighting,
-    colors: Vec<SurfaceColors>,
-    stale: Stale,
+    state: SceneState,
     signals: ScalarSignals,
     probes: ProbeRadiance,
     coefficients: ClusterCoefficients,
     receivers: ReceiverIrradiance,
     dilation: Dilation,
     lightmap: IrradianceLightmap,
-}
-
-/// What changed since the last frame.
-#[derive(Clone, Copy, Debug)]
-struct Stale {
-    /// Analytic lights: shadow rays are needed.
-    direct: bool,
-    /// Anything else that surfaces shine with.
-    shading: bool,
-    /// The sky.
-    sky: bool,
 }
 
 /// How long each stage of a frame took.
@@ -88,12 +75,9 @@ impl Runtime {
     /// If parts of the baked scene contradict each other.
     pub fn new(baked: Arc<BakedScene>) -> Result<Self, RuntimeError> {
         baked.validate()?;
-        let lighting = Lighting { lights: baked.scene.lights.clone(), ..Lighting::default() };
         Ok(Self {
             tracer: Tracer::new(Arc::new(baked.scene.clone())),
-            lighting,
-            colors: SurfaceColors::of(&baked.scene),
-            stale: Stale { direct: true, shading: true, sky: true },
+            state: SceneState::new(&baked),
             signals: ScalarSignals::new(&baked),
             probes: ProbeRadiance::new(&baked),
             coefficients: ClusterCoefficients::new(&baked),
@@ -116,20 +100,17 @@ impl Runtime {
 
     /// The light sources of the next frame.
     pub fn lighting(&self) -> &Lighting {
-        &self.lighting
+        &self.state.lighting
     }
 
     /// Changes the light sources. Shadow rays are traced again only if an analytic light changed.
     pub fn set_lighting(&mut self, lighting: Lighting) {
-        self.stale.direct |= lighting.lights != self.lighting.lights;
-        self.stale.shading |= lighting.emissive_scale != self.lighting.emissive_scale;
-        self.stale.sky |= lighting.sky != self.lighting.sky;
-        self.lighting = lighting;
+        self.state.set_lighting(lighting);
     }
 
     /// A material's present colours.
     pub fn surface_colors(&self, material: usize) -> Option<SurfaceColors> {
-        self.colors.get(material).copied()
+        self.state.colors.get(material).copied()
     }
 
     /// Changes the base colour factor of a material (linear RGB; its texture stays).
@@ -137,10 +118,7 @@ impl Runtime {
     /// # Errors
     /// If there is no such material, or a channel is negative or not finite.
     pub fn set_base_color(&mut self, material: usize, base_color: Vec3) -> Result<(), RuntimeError> {
-        let colors = checked(&mut self.colors, material, base_color, "base colour")?;
-        self.stale.shading |= colors.base_color != base_color;
-        colors.base_color = base_color;
-        Ok(())
+        self.state.set_base_color(material, base_color)
     }
 
     /// Changes the radiance that the front faces of a material emit (W·m⁻²·sr⁻¹; its texture stays).
@@ -148,10 +126,7 @@ impl Runtime {
     /// # Errors
     /// If there is no such material, or a channel is negative or not finite.
     pub fn set_emission(&mut self, material: usize, radiance: Vec3) -> Result<(), RuntimeError> {
-        let colors = checked(&mut self.colors, material, radiance, "emission")?;
-        self.stale.shading |= colors.emission != radiance;
-        colors.emission = radiance;
-        Ok(())
+        self.state.set_emission(material, radiance)
     }
 
     /// Computes one frame, which adds one bounce to the lightmap.
@@ -159,17 +134,18 @@ impl Runtime {
         let baked = &*self.baked;
         let mut timings = FrameTimings::default();
         timed(&mut timings.light_surfels, || {
-            if self.stale.direct {
-                self.signals.trace_direct(baked, &self.tracer, &self.lighting.lights);
+            let stale = self.state.take_stale();
+            let SceneState { lighting, colors, .. } = &self.state;
+            if stale.direct {
+                self.signals.trace_direct(baked, &self.tracer, &lighting.lights);
             }
-            if self.stale.direct || self.stale.shading {
-                self.signals.shade(baked, &self.lighting, &self.colors);
+            if stale.direct || stale.shading {
+                self.signals.shade(baked, lighting, colors);
             }
-            if self.stale.sky {
-                self.signals.project_sky(baked, &self.lighting.sky);
-                self.probes.see_sky(baked, &self.lighting.sky);
+            if stale.sky {
+                self.signals.project_sky(baked, &lighting.sky);
+                self.probes.see_sky(baked, &lighting.sky);
             }
-            self.stale = Stale { direct: false, shading: false, sky: false };
             self.signals.light_surfels(baked, &self.lightmap);
         });
         let surfels = &self.signals.values()[..baked.surfels.len()];
@@ -214,8 +190,7 @@ impl Runtime {
     /// by way of the signals. `None` if there is no such surface within a thousandth of the scene's diagonal.
     /// Sides without light of their own, such as the insides of solids, are dark.
     pub fn irradiance_at(&self, position: Vec3, normal: Vec3) -> Option<Vec3> {
-        let texel = find_face(&self.tracer, &self.baked.lightmap, position, normal)?;
-        Some(texel.map_or(Vec3::ZERO, |texel| self.lightmap.sample(texel)))
+        self.lightmap.irradiance_at(&self.tracer, &self.baked.lightmap, position, normal)
     }
 
     /// Scalar signals of the last frame.
@@ -244,20 +219,6 @@ impl Runtime {
     }
 }
 
-/// The colours of an existing material, if `color` is one that a surface can have.
-fn checked<'a>(
-    colors: &'a mut [SurfaceColors],
-    material: usize,
-    color: Vec3,
-    quantity: &'static str,
-) -> Result<&'a mut SurfaceColors, RuntimeError> {
-    if !(color.is_finite() && color.min_element() >= 0.0) {
-        return Err(RuntimeError::InvalidColor { quantity, material });
-    }
-    let count = colors.len();
-    colors.get_mut(material).ok_or(RuntimeError::UnknownMaterial { material, count })
-}
-
 fn timed(duration: &mut Duration, stage: impl FnOnce()) {
     let start = Instant::now();
     stage();
@@ -265,7 +226,7 @@ fn timed(duration: &mut Duration, stage: impl FnOnce()) {
 }
 
 /// Root-mean-square difference relative to the root mean square of `now`; 0 if both are dark.
-fn relative_change(before: &[Vec3], now: &[Vec3]) -> f64 {
+pub(crate) fn relative_change(before: &[Vec3], now: &[Vec3]) -> f64 {
     let (mut difference, mut total) = (0.0, 0.0);
     for (before, now) in before.iter().zip(now) {
         difference += (*now - *before).as_dvec3().length_squared();

@@ -6,19 +6,19 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use probelight_asset::BakedScene;
 use probelight_eval::{EvalError, ImageView, ssim};
 use probelight_render::comparison::difference;
 use probelight_render::contact_sheet::ContactSheetRow;
-use probelight_render::{ContactSheet, Exposure, Image, RenderOptions, RenderOutput, ToneMap, View, render};
-use probelight_runtime::{FrameTimings, Runtime};
+use probelight_render::{ContactSheet, Exposure, Image, PixelFilter, ToneMap};
 use probelight_scene::{Camera, Setup};
 use probelight_trace::{PathTracer, Tracer};
 use serde::Serialize;
 
+use crate::backend::BackendFlags;
 use crate::bundled::{BundledScene, LightPosition};
 use crate::console::{self, Console};
-use crate::{input, interrupt, output};
+use crate::studio::{PictureOptions, ShadingFlag, Studio, ViewFlag};
+use crate::{interrupt, output};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -38,6 +38,8 @@ pub(crate) struct Flags {
     /// Folder for the results; created if missing
     #[arg(short, long, value_name = "DIR", default_value = DEFAULT_FOLDER)]
     out: PathBuf,
+    #[command(flatten)]
+    backend: BackendFlags,
     /// Print times and file names as one JSON object
     #[arg(long)]
     json: bool,
@@ -47,7 +49,12 @@ const DEFAULT_FOLDER: &str = "out";
 
 impl Default for Flags {
     fn default() -> Self {
-        Self { scene: BundledScene::default(), out: DEFAULT_FOLDER.into(), json: false }
+        Self {
+            scene: BundledScene::default(),
+            out: DEFAULT_FOLDER.into(),
+            backend: BackendFlags::default(),
+            json: false,
+        }
     }
 }
 
@@ -59,8 +66,10 @@ const DIFFERENCE_GAIN: f32 = 4.0;
 struct Report {
     contact_sheet: PathBuf,
     baked_file: PathBuf,
+    /// What computed light and pictures.
+    backend: String,
     seconds: Seconds,
-    /// One frame under light that stays as it is, by stage: the mean over the light positions.
+    /// One frame under light that stays as it is: the mean over the light positions.
     frame_milliseconds: FrameMilliseconds,
     light_positions: Vec<Similarity>,
 }
@@ -75,27 +84,29 @@ struct Seconds {
     total: f64,
 }
 
-/// Time of a frame's stages.
+/// Time of a frame and of its stages, in order.
 #[derive(Default, Serialize)]
 struct FrameMilliseconds {
-    light_surfels: f64,
-    relight_probes: f64,
-    project_clusters: f64,
-    gather_receivers: f64,
-    dilate_lightmap: f64,
+    stages: Vec<StageMilliseconds>,
     total: f64,
+}
+
+#[derive(Clone, Copy, Default, Serialize)]
+struct StageMilliseconds {
+    name: &'static str,
+    milliseconds: f64,
 }
 
 impl FrameMilliseconds {
     /// Adds a share of a frame's times.
-    fn add(&mut self, timings: &FrameTimings, share: f64) {
-        let milliseconds = |time: Duration| time.as_secs_f64() * 1e3 * share;
-        self.light_surfels += milliseconds(timings.light_surfels);
-        self.relight_probes += milliseconds(timings.relight_probes);
-        self.project_clusters += milliseconds(timings.project_clusters);
-        self.gather_receivers += milliseconds(timings.gather_receivers);
-        self.dilate_lightmap += milliseconds(timings.dilate_lightmap);
-        self.total += milliseconds(timings.total());
+    fn add(&mut self, stages: &[(&'static str, Duration)], share: f64) {
+        self.stages.resize(stages.len(), StageMilliseconds::default());
+        for (sum, (name, time)) in self.stages.iter_mut().zip(stages) {
+            let milliseconds = time.as_secs_f64() * 1e3 * share;
+            sum.name = name;
+            sum.milliseconds += milliseconds;
+            self.total += milliseconds;
+        }
     }
 }
 
@@ -117,6 +128,8 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let mut report = Report { contact_sheet: file("png"), baked_file: file("plight"), ..Report::default() };
     output::check(&report.contact_sheet, &[])?;
     output::check(&report.baked_file, &[])?;
+    let backend = flags.backend.open(console)?;
+    report.backend = backend.describe();
 
     console.note(format!("baking the scene \"{}\" ...", flags.scene.name()));
     let scene = flags.scene.load()?;
@@ -127,7 +140,13 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     baked.write(&report.baked_file)?;
 
     let tracer = Arc::new(Tracer::new(scene));
-    let rows = light_and_compare(flags.scene, Arc::new(baked), &tracer, &mut report, console)?;
+    let rows = light_and_compare(
+        flags.scene,
+        Studio::new(backend, Arc::new(baked))?,
+        &tracer,
+        &mut report,
+        console,
+    )?;
     console.clear_progress();
     let columns =
         ["without GI", "with GI (Probelight)", "path-traced reference", "difference x4 (grey: equal)"];
@@ -144,13 +163,12 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
 /// One row of the contact sheet for each light position.
 fn light_and_compare(
     scene: BundledScene,
-    baked: Arc<BakedScene>,
+    mut studio: Studio,
     tracer: &Arc<Tracer>,
     report: &mut Report,
     console: &Console,
 ) -> anyhow::Result<Vec<ContactSheetRow>> {
     let camera = scene.camera();
-    let mut runtime = Runtime::new(baked)?;
     let mut rows = Vec::new();
     let path = scene.light_path();
     let share = 1.0 / path.len() as f64;
@@ -158,9 +176,9 @@ fn light_and_compare(
         interrupt::check()?;
         console.note(format!("{} ...", position.name));
         let setup = Setup { lighting: position.lighting.clone(), ..Setup::default() };
-        let bounces = timed(&mut report.seconds.light, || input::light(&mut runtime, &setup, console));
-        report.frame_milliseconds.add(&runtime.step(), share);
-        let [without, with] = timed(&mut report.seconds.render, || pictures(&runtime, &camera, console))?;
+        let bounces = timed(&mut report.seconds.light, || studio.light(&setup, console))?;
+        report.frame_milliseconds.add(&studio.frame()?, share);
+        let [without, with] = timed(&mut report.seconds.render, || pictures(&mut studio, &camera, console))?;
         let path_tracer = PathTracer::new(Arc::clone(tracer), position.lighting.clone());
         let samples = scene.reference_samples();
         let pixels =
@@ -174,12 +192,13 @@ fn light_and_compare(
 }
 
 /// The scene without and with global illumination.
-fn pictures(runtime: &Runtime, camera: &Camera, console: &Console) -> anyhow::Result<[Image; 2]> {
-    let picture = |output| {
-        let options = RenderOptions { output, ..RenderOptions::default() };
-        render(View::of(runtime), camera, &options, console)
+fn pictures(studio: &mut Studio, camera: &Camera, console: &Console) -> anyhow::Result<[Image; 2]> {
+    let mut picture = |view| {
+        let options =
+            PictureOptions { view, shading: ShadingFlag::Diffuse, samples: 16, filter: PixelFilter::Box };
+        studio.picture(camera, &options, console)
     };
-    Ok([picture(RenderOutput::Direct)?, picture(RenderOutput::Full)?])
+    Ok([picture(ViewFlag::Direct)?, picture(ViewFlag::Full)?])
 }
 
 /// A row of pictures, all with the exposure that suits the reference.
@@ -227,6 +246,7 @@ fn timed<T>(seconds: &mut f64, stage: impl FnOnce() -> T) -> T {
 fn describe(report: &Report) -> Result<String, std::fmt::Error> {
     let mut text = String::new();
     let seconds = &report.seconds;
+    writeln!(text, "light and pictures on the {}", report.backend)?;
     let bounces: usize = report.light_positions.iter().map(|position| position.bounces).sum();
     let positions = report.light_positions.len();
     writeln!(text, "bake                 {:>7.1} s, once", seconds.bake)?;
@@ -237,14 +257,8 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
     )?;
     let frame = &report.frame_milliseconds;
     writeln!(text, "one bounce of these  {:>7.2} ms, of which", frame.total)?;
-    for (stage, milliseconds) in [
-        ("light_surfels", frame.light_surfels),
-        ("relight_probes", frame.relight_probes),
-        ("project_clusters", frame.project_clusters),
-        ("gather_receivers", frame.gather_receivers),
-        ("dilate_lightmap", frame.dilate_lightmap),
-    ] {
-        writeln!(text, "  {stage:<19}{milliseconds:>7.2} ms")?;
+    for StageMilliseconds { name, milliseconds } in &frame.stages {
+        writeln!(text, "  {name:<19}{milliseconds:>7.2} ms")?;
     }
     writeln!(text, "pictures             {:>7.1} s", seconds.render)?;
     writeln!(text, "path-traced pictures {:>7.1} s", seconds.reference)?;

@@ -6,13 +6,18 @@ use std::sync::Arc;
 
 use clap::Args;
 use probelight_asset::BakedScene;
-use probelight_eval::{PointErrors, PointKind, PointSelection, ReferencePoints, write_predictions};
+use probelight_eval::{
+    BorderJumps, PointErrors, PointKind, PointSelection, ReferencePoints, write_predictions,
+};
 use probelight_math::glam::Vec3;
-use probelight_runtime::Runtime;
+use probelight_runtime::gpu::{GpuOptions, GpuRuntime};
+use probelight_runtime::{IrradianceLightmap, Runtime};
 use probelight_scene::Setup;
+use probelight_trace::Tracer;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::backend::{Backend, BackendFlags};
 use crate::console::{self, Console};
 use crate::{input, interrupt, output};
 
@@ -41,6 +46,8 @@ pub(crate) struct Flags {
     /// Write the predicted irradiance of every row: columns E_r,E_g,E_b, NaN where there is none
     #[arg(long, value_name = "OUT.csv")]
     predictions: Option<PathBuf>,
+    #[command(flatten)]
+    backend: BackendFlags,
     /// Print one JSON object instead of a table
     #[arg(long)]
     json: bool,
@@ -51,6 +58,7 @@ pub(crate) struct Flags {
 struct Report<'a> {
     file: &'a Path,
     setup: &'a str,
+    backend: String,
     points: &'a Path,
     /// Rows on surfaces.
     surface_points: usize,
@@ -59,6 +67,8 @@ struct Report<'a> {
     bounces: usize,
     #[serde(flatten)]
     errors: PointErrors,
+    /// Seams between clusters; the reference has no part in them.
+    border_jumps: BorderJumps,
 }
 
 /// Compares a baked file with reference points.
@@ -69,11 +79,11 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let setup = Setup::load(&flags.setup)?;
     let reference = ReferencePoints::read(&flags.points)?;
     let baked = Arc::new(BakedScene::read(&flags.file)?);
-    let mut runtime = Runtime::new(baked)?;
-    let bounces = input::light(&mut runtime, &setup, console);
+    let backend = flags.backend.open(console)?;
+    let (lightmap, bounces) = lit_lightmap(&backend, &baked, &setup, console)?;
     interrupt::check()?;
 
-    let predictions = predict(&runtime, &reference);
+    let predictions = predict(&lightmap, &baked, &reference);
     if let Some(path) = &flags.predictions {
         write_predictions(path, &predictions)?;
     }
@@ -82,28 +92,65 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let report = Report {
         file: &flags.file,
         setup: &setup.name,
+        backend: backend.describe(),
         points: &flags.points,
         surface_points,
         free_space_points: reference.points.len() - surface_points,
         bounces,
         errors,
+        border_jumps: BorderJumps::measure(&baked, &lightmap.texels),
     };
     if flags.json { console::print_json(&report) } else { console::print(describe(&report)?.trim_end()) }
 }
 
+/// The lightmap after all bounces, and how many they were.
+fn lit_lightmap(
+    backend: &Backend,
+    baked: &Arc<BakedScene>,
+    setup: &Setup,
+    console: &Console,
+) -> anyhow::Result<(IrradianceLightmap, usize)> {
+    match backend {
+        Backend::Cpu => {
+            let mut runtime = Runtime::new(baked.clone())?;
+            let bounces = input::light(&mut runtime, setup, console);
+            Ok((runtime.irradiance().clone(), bounces))
+        }
+        Backend::Gpu(gpu) => {
+            let options = GpuOptions::default();
+            let mut runtime = GpuRuntime::new(&gpu.device, &gpu.queue, baked.clone(), options)?;
+            let bounces = input::light_on_gpu(&mut runtime, setup, console)?;
+            Ok((runtime.read_lightmap()?, bounces))
+        }
+    }
+}
+
 /// Irradiance of every row that lies on a surface with light of its own.
-fn predict(runtime: &Runtime, reference: &ReferencePoints) -> Vec<Option<Vec3>> {
+fn predict(
+    lightmap: &IrradianceLightmap,
+    baked: &BakedScene,
+    reference: &ReferencePoints,
+) -> Vec<Option<Vec3>> {
+    let tracer = Tracer::new(Arc::new(baked.scene.clone()));
     let points = reference.points.par_iter();
     let on_surface = points.map(|point| (point.kind == PointKind::Surface).then_some(point));
-    on_surface.map(|point| point.and_then(|p| runtime.irradiance_at(p.position, p.normal))).collect()
+    on_surface
+        .map(|point| {
+            let point = point?;
+            lightmap.irradiance_at(&tracer, &baked.lightmap, point.position, point.normal)
+        })
+        .collect()
 }
 
 fn describe(report: &Report) -> Result<String, std::fmt::Error> {
     let errors = &report.errors;
     let mut text = String::new();
-    let mut line = |name: &str, value: String| writeln!(text, "{name:<24}{value}");
+    let mut line = |name: &str, value: String| writeln!(text, "{name:<26}{value}");
     let percent = |share: Option<f64>| share.map_or("undefined".into(), |s| format!("{:.2} %", s * 100.0));
-    line("compared", format!("{} under setup \"{}\"", errors.compared, report.setup))?;
+    line(
+        "compared",
+        format!("{} under setup \"{}\", on the {}", errors.compared, report.setup, report.backend),
+    )?;
     line(
         "points",
         format!(
@@ -124,5 +171,11 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
         "largest irradiance",
         format!("{:.4} W/m², reference {:.4}", errors.max_prediction, errors.max_reference),
     )?;
+    let jumps = &report.border_jumps;
+    let both = |border: Option<f32>, inside: Option<f32>| {
+        format!("{} (inside clusters {})", percent(border.map(f64::from)), percent(inside.map(f64::from)))
+    };
+    line("jumps at cluster borders", both(jumps.median, jumps.median_inside))?;
+    line("99th percentile", both(jumps.p99, jumps.p99_inside))?;
     Ok(text)
 }

@@ -150,7 +150,7 @@ impl Subject {
                 let pixels = tracer.render(&camera, samples, flags.seed, console)?;
                 console.clear_progress();
                 let image = Image { width: camera.width, height: camera.height, pixels };
-                output::write_picture(&image, &flags.out, format, exposure)?;
+                output::write_picture(&image, &flags.out, format, Some(exposure))?;
                 Ok((image.pixels.len(), samples))
             }
             Self::Points { mut table, points } => {

@@ -4,23 +4,27 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use probelight_render::{Exposure, PixelFilter, RenderOptions, RenderOutput, View, render};
-use probelight_runtime::Runtime;
+use probelight_render::{Exposure, PixelFilter};
 use serde::Serialize;
 
+use crate::backend::BackendFlags;
 use crate::console::{self, Console};
 use crate::output::PictureFormat;
+use crate::studio::{PictureOptions, ShadingFlag, Studio, ViewFlag};
 use crate::{input, interrupt, output};
 
 const EXAMPLES: &str = "\
 Examples:
   probelight render room.plight -o room.png
   probelight render room.plight --setup night.json --camera door -o night.png --samples 64
-  probelight render room.plight --setup night.json --output indirect -o indirect.exr
+  probelight render room.plight --setup night.json --view indirect -o indirect.exr
   probelight render room.glb -o try.png            bakes in memory with quick settings first
+  probelight render room.plight --backend gpu --shading physical -o glossy.png
+  probelight render room.plight --view probes -o probes.png
 
 A .png is exposed and tone mapped for the screen; an .exr holds linear radiance (W/m²/sr), or irradiance
-(W/m²) with `--output irradiance`.";
+(W/m²) with `--view irradiance`. Without a
+GPU the CPU makes the same pictures but for those marked with (GPU) below.";
 
 /// Flags of `render`.
 #[derive(Args)]
@@ -38,13 +42,16 @@ pub(crate) struct Flags {
     /// Name of the camera [default: the first]
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
-    /// Which light to show
+    /// What to show
+    #[arg(long, alias = "output", value_enum, default_value_t)]
+    view: ViewFlag,
+    /// How surfaces reflect light
     #[arg(long, value_enum, default_value_t)]
-    output: OutputFlag,
+    shading: ShadingFlag,
     /// Exposure as a power of two, for .png [default: from the picture's brightness]
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = finite)]
     exposure: Option<f32>,
-    /// Rays per pixel
+    /// Samples per pixel; on a GPU 4, 16, 36 and so on, at least these
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65_536))]
     samples: u32,
     /// How a pixel weighs its samples
@@ -53,22 +60,11 @@ pub(crate) struct Flags {
     /// Size of the picture, instead of the camera's
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = input::parse_size)]
     size: Option<(u32, u32)>,
+    #[command(flatten)]
+    backend: BackendFlags,
     /// Print what was done as one JSON object
     #[arg(long)]
     json: bool,
-}
-
-#[derive(Clone, Copy, Default, ValueEnum)]
-enum OutputFlag {
-    /// All light
-    #[default]
-    Full,
-    /// Emission, sky behind the scene, direct light of point, spot and directional lights
-    Direct,
-    /// What the lightmap adds: bounced light, sky light, light of emissive surfaces
-    Indirect,
-    /// The lightmap itself, without surface colours
-    Irradiance,
 }
 
 #[derive(Clone, Copy, Default, ValueEnum)]
@@ -92,8 +88,9 @@ pub(crate) fn finite(text: &str) -> Result<f32, String> {
 struct Settings {
     flags: Flags,
     format: PictureFormat,
-    exposure: Exposure,
-    options: RenderOptions,
+    /// `None` for pictures of colours.
+    exposure: Option<Exposure>,
+    options: PictureOptions,
 }
 
 impl Flags {
@@ -101,18 +98,14 @@ impl Flags {
         let format = PictureFormat::of(&self.out)?;
         let inputs: Vec<&Path> = [&self.file].into_iter().chain(&self.setup).map(PathBuf::as_path).collect();
         output::check(&self.out, &inputs)?;
-        let output = match self.output {
-            OutputFlag::Full => RenderOutput::Full,
-            OutputFlag::Direct => RenderOutput::Direct,
-            OutputFlag::Indirect => RenderOutput::Indirect,
-            OutputFlag::Irradiance => RenderOutput::Irradiance,
-        };
         let filter = match self.filter {
             FilterFlag::Box => PixelFilter::Box,
             FilterFlag::Gaussian => PixelFilter::Gaussian,
         };
         let exposure = self.exposure.map_or(Exposure::Automatic, Exposure::Ev);
-        let options = RenderOptions { output, filter, samples: self.samples };
+        let exposure = self.view.on_gpu().is_light().then_some(exposure);
+        let Self { view, shading, samples, .. } = self;
+        let options = PictureOptions { view, shading, samples, filter };
         Ok(Settings { flags: self, format, exposure, options })
     }
 }
@@ -121,6 +114,7 @@ impl Flags {
 #[derive(Serialize)]
 struct Report<'a> {
     output: &'a Path,
+    backend: &'a str,
     camera: &'a str,
     width: u32,
     height: u32,
@@ -138,16 +132,18 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     if let Some(path) = &flags.setup {
         input::choose_camera(&probelight_scene::Setup::load(path)?, flags.camera.as_deref(), flags.size)?;
     }
+    let backend = flags.backend.open_for(options.needs_gpu(), console)?;
+    let computed_on = backend.describe();
     let baked = input::load_or_bake(&flags.file, console)?;
     let setup = input::load_setup(flags.setup.as_deref(), &baked.scene)?;
     let camera = input::choose_camera(&setup, flags.camera.as_deref(), flags.size)?;
     let start = Instant::now();
-    let mut runtime = Runtime::new(baked)?;
-    let bounces = input::light(&mut runtime, &setup, console);
+    let mut studio = Studio::new(backend, baked)?;
+    let bounces = studio.light(&setup, console)?;
     let light_seconds = start.elapsed().as_secs_f64();
     interrupt::check()?;
     let start = Instant::now();
-    let image = render(View::of(&runtime), &camera, &options, console)?;
+    let image = studio.picture(&camera, &options, console)?;
     let render_seconds = start.elapsed().as_secs_f64();
     console.clear_progress();
     if image.pixels.iter().all(|pixel| pixel.max_element() <= 0.0) {
@@ -158,6 +154,7 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     if flags.json {
         return console::print_json(&Report {
             output: &flags.out,
+            backend: &computed_on,
             camera: &camera.name,
             width: camera.width,
             height: camera.height,
@@ -170,7 +167,7 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     }
     let exposed = exposure_ev.map_or(String::new(), |ev| format!(", exposure {ev:+.2} EV"));
     console.note(format!(
-        "wrote {} ({bounces} bounces in {light_seconds:.2} s, picture in {render_seconds:.2} s{exposed})",
+        "wrote {} ({computed_on}: {bounces} bounces in {light_seconds:.2} s, picture in {render_seconds:.2} s{exposed})",
         flags.out.display()
     ));
     Ok(())

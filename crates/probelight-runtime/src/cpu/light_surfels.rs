@@ -12,7 +12,7 @@
 use std::f32::consts::FRAC_1_PI;
 use std::ops::Range;
 
-use probelight_asset::{BakedScene, LightSample, Surfel};
+use probelight_asset::{BakedScene, Emitter, LightSample, Surfel};
 use probelight_math::color::linear_from_srgb;
 use probelight_math::glam::Vec3;
 use probelight_scene::{Light, Lighting, Scene, Sky};
@@ -130,8 +130,7 @@ impl ScalarSignals {
                 }
             });
         for (value, emitter) in self.values[baked.first_emitter_signal()..].iter_mut().zip(&baked.emitters) {
-            *value =
-                colors[emitter.material as usize].emission * lighting.emissive_scale * emitter.mean_texel;
+            *value = emitter_radiance(emitter, lighting, colors);
         }
     }
 
@@ -193,6 +192,11 @@ impl Feedback {
         let irradiance = lightmap.texels.get(self.texel as usize).copied().unwrap_or(Vec3::ZERO);
         self.reflectance * irradiance.max(Vec3::ZERO)
     }
+}
+
+/// Mean radiance that an emitter sends out, W·m⁻²·sr⁻¹.
+pub(crate) fn emitter_radiance(emitter: &Emitter, lighting: &Lighting, colors: &[SurfaceColors]) -> Vec3 {
+    colors[emitter.material as usize].emission * lighting.emissive_scale * emitter.mean_texel
 }
 
 fn is_front(sample: &LightSample) -> bool {

@@ -20,6 +20,8 @@ pub use gather_receivers::ReceiverIrradiance;
 pub use light_surfels::{ScalarSignals, SurfaceColors};
 pub use project_clusters::ClusterCoefficients;
 pub use relight_probes::ProbeRadiance;
+#[cfg(feature = "gpu")]
+pub(crate) use sky_signals::SkyProjection;
 
 /// Values computed together: one AVX-512 register, two of AVX, four of NEON.
 type Lanes = wide::f32x16;

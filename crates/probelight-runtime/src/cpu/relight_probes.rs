@@ -49,16 +49,12 @@ impl ProbeRadiance {
     ///
     /// The quadrature is exact for radiance within the probes' own bands, where the number of rays allows.
     pub fn new(baked: &BakedScene) -> Self {
-        let basis = Basis::new(baked.settings.sh_degree as usize);
-        let (rays, coefficients) = (baked.relight_directions.len(), basis.len());
-        let weights = quadrature_weights(&baked.relight_directions, 2 * basis.degree());
+        let (rays, coefficients) = (baked.relight_directions.len(), baked.coefficients());
         let panels = coefficients.div_ceil(LANES);
         let mut table = vec![[0.0; LANES]; panels * rays];
-        let mut values = vec![0.0; coefficients];
-        for (ray, (direction, weight)) in baked.relight_directions.iter().zip(weights).enumerate() {
-            basis.evaluate(*direction, &mut values);
+        for (ray, values) in weighted_basis(baked).chunks_exact(coefficients).enumerate() {
             for (j, value) in values.iter().enumerate() {
-                table[j / LANES * rays + ray][j % LANES] = weight * value;
+                table[j / LANES * rays + ray][j % LANES] = *value;
             }
         }
         let stride = panels * LANES;
@@ -120,6 +116,19 @@ impl ProbeRadiance {
                 }
             });
     }
+}
+
+/// Basis values times quadrature weight: those of the first relight direction, those of the second, …
+pub(crate) fn weighted_basis(baked: &BakedScene) -> Vec<f32> {
+    let basis = Basis::new(baked.settings.sh_degree as usize);
+    let weights = quadrature_weights(&baked.relight_directions, 2 * basis.degree());
+    let mut table = vec![0.0; baked.relight_directions.len() * basis.len()];
+    let rows = table.chunks_exact_mut(basis.len());
+    for ((direction, weight), row) in baked.relight_directions.iter().zip(weights).zip(rows) {
+        basis.evaluate(*direction, row);
+        row.iter_mut().for_each(|value| *value *= weight);
+    }
+    table
 }
 
 /// Radiance of some probes' rays, from the surfels they meet or else the sky.

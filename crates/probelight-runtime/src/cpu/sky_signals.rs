@@ -12,7 +12,7 @@ const DIRECTIONS: usize = 1024;
 
 /// Projects a sky to the coefficients that are signals.
 #[derive(Clone, Debug, Default)]
-pub(super) struct SkyProjection {
+pub(crate) struct SkyProjection {
     directions: Vec<Vec3>,
     /// Weighted basis values, a direction's in a row.
     table: Vec<f32>,
@@ -20,7 +20,7 @@ pub(super) struct SkyProjection {
 
 impl SkyProjection {
     /// Tabulates the basis; empty for a scene without sky signals.
-    pub(super) fn new(baked: &BakedScene) -> Self {
+    pub(crate) fn new(baked: &BakedScene) -> Self {
         let Some(degree) = baked.settings.sky_degree else { return Self::default() };
         let basis = Basis::new(degree as usize);
         let directions: Vec<Vec3> = (0..DIRECTIONS).map(|i| spherical_fibonacci(i, DIRECTIONS)).collect();
@@ -36,7 +36,7 @@ impl SkyProjection {
     }
 
     /// Coefficients of the sky's radiance, W·m⁻²·sr⁻¹.
-    pub(super) fn project(&self, sky: &Sky, coefficients: &mut [Vec3]) {
+    pub(crate) fn project(&self, sky: &Sky, coefficients: &mut [Vec3]) {
         coefficients.fill(Vec3::ZERO);
         for (direction, row) in self.directions.iter().zip(self.table.chunks_exact(coefficients.len().max(1)))
         {

@@ -1,0 +1,147 @@
+//! `probelight bench [FILE]`
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::ensure;
+use clap::{Args, ValueEnum};
+use probelight_asset::BakedScene;
+use probelight_runtime::synthetic::{SyntheticSize, synthetic_lighting, synthetic_room};
+use probelight_scene::{Lighting, Setup};
+
+use crate::backend::BackendFlags;
+use crate::bench_report::{BenchReport, SceneFigures};
+use crate::console::{self, Console};
+use crate::stage_clock::{LightShow, StageClock};
+use crate::{interrupt, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  probelight bench room.plight --backend gpu
+  probelight bench --synthetic 512000 --backend cpu
+  probelight bench --synthetic 512000 --method paper --adapter h100 --json
+  probelight bench --synthetic 512000 --moving-lights        with direct light and shading in each frame
+  probelight bench --scaling --backend gpu -o bench.json     50,000 to 8 million receivers
+
+Each stage moves at least its inputs and its outputs once. `of copy` is the speed at which it would then have moved
+them, as a share of the speed at which the same device copies memory in the same run. Times are medians; on a GPU
+they come from its own clock.";
+
+/// Sizes of `--scaling`, receivers.
+const SCALING: [usize; 9] =
+    [50_000, 100_000, 200_000, 512_000, 1_000_000, 2_000_000, 4_000_000, 6_000_000, 8_000_000];
+
+/// Flags of `bench`.
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Flags {
+    /// A baked file (.plight)
+    #[arg(value_name = "FILE", required_unless_present_any = ["synthetic", "scaling"])]
+    file: Option<PathBuf>,
+    /// Lights and sky [default: those of the glTF file]
+    #[arg(long, value_name = "S.json", requires = "file")]
+    setup: Option<PathBuf>,
+    /// Scenes made of random numbers with about so many receivers, instead of a file
+    #[arg(
+        long,
+        value_name = "RECEIVERS",
+        num_args = 1..,
+        conflicts_with_all = ["file", "scaling"],
+        value_parser = clap::value_parser!(u32).range(1000..=16_000_000)
+    )]
+    synthetic: Vec<u32>,
+    /// Synthetic scenes of 50,000 to 8 million receivers
+    #[arg(long, conflicts_with = "file")]
+    scaling: bool,
+    /// What synthetic scenes are like
+    #[arg(long, value_enum, default_value_t)]
+    method: MethodFlag,
+    /// Change the lights before each frame, so that direct light and shading count too (drawing shadow maps does not)
+    #[arg(long)]
+    moving_lights: bool,
+    /// Frames to measure
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: u32,
+    #[command(flatten)]
+    backend: BackendFlags,
+    /// Also write the figures to a file
+    #[arg(short, long, value_name = "OUT.json")]
+    out: Option<PathBuf>,
+    /// Print the figures as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum MethodFlag {
+    /// Surfels, emitters, sky and probes; packed matrices
+    #[default]
+    Hybrid,
+    /// Probes alone, half floats, as published
+    Paper,
+}
+
+/// Measures the stages of a frame.
+pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
+    if let Some(out) = &flags.out {
+        let inputs: Vec<_> = flags.file.iter().chain(&flags.setup).map(PathBuf::as_path).collect();
+        output::check(out, &inputs)?;
+    }
+    let backend = flags.backend.open(console)?;
+    let clock = StageClock::new(&backend)?;
+    let mut report = BenchReport::new(&backend, &clock, flags.moving_lights);
+    for scene in flags.scenes() {
+        let (baked, lighting, name) = scene.load()?;
+        console.note(format!("measuring {name}, {} receivers", baked.receiver_texels.len()));
+        let figures = SceneFigures::of(name, &baked);
+        let show = LightShow { lighting, lights_move: flags.moving_lights, frames: flags.frames as usize };
+        let measured = clock.measure(baked, &show)?;
+        report.add(figures, &measured);
+        interrupt::check()?;
+    }
+    ensure!(!report.is_empty(), "there is nothing to measure: name a file, --synthetic or --scaling");
+    if let Some(out) = &flags.out {
+        output::write_text(out, &serde_json::to_string_pretty(&report)?)?;
+    }
+    if flags.json { console::print_json(&report) } else { console::print(report.table()?.trim_end()) }
+}
+
+/// What to measure.
+enum BenchScene<'a> {
+    File { file: &'a PathBuf, setup: Option<&'a PathBuf> },
+    Synthetic { size: SyntheticSize, method: MethodFlag },
+}
+
+impl Flags {
+    fn scenes(&self) -> Vec<BenchScene<'_>> {
+        let size = |receivers| match self.method {
+            MethodFlag::Hybrid => SyntheticSize::hybrid(receivers),
+            MethodFlag::Paper => SyntheticSize::paper(receivers),
+        };
+        let synthetic = |receivers| BenchScene::Synthetic { size: size(receivers), method: self.method };
+        match &self.file {
+            Some(file) => vec![BenchScene::File { file, setup: self.setup.as_ref() }],
+            None if self.scaling => SCALING.into_iter().map(synthetic).collect(),
+            None => self.synthetic.iter().map(|receivers| synthetic(*receivers as usize)).collect(),
+        }
+    }
+}
+
+impl BenchScene<'_> {
+    fn load(&self) -> anyhow::Result<(Arc<BakedScene>, Lighting, String)> {
+        match self {
+            Self::File { file, setup } => {
+                let baked = BakedScene::read(file)?;
+                let setup = match setup {
+                    Some(setup) => Setup::load(setup)?,
+                    None => Setup::from_scene(&baked.scene),
+                };
+                Ok((Arc::new(baked), setup.lighting, file.display().to_string()))
+            }
+            Self::Synthetic { size, method } => {
+                let name = format!("synthetic {method:?}").to_lowercase();
+                Ok((Arc::new(synthetic_room(*size)), synthetic_lighting(), name))
+            }
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! How long the stages of a frame take, on whatever computes them.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use probelight_asset::BakedScene;
+use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, Stage, copy_bandwidth};
+use probelight_runtime::{FrameTimings, Runtime, stage_bytes};
+use probelight_scene::{Light, Lighting};
+use rayon::prelude::*;
+
+use crate::backend::Backend;
+
+/// Frames before the first that is measured: shaders are compiled, caches filled.
+const WARM_UP: usize = 3;
+
+/// Bytes copied on the CPU to measure its memory: more than caches hold.
+const COPY_BYTES: usize = 256 << 20;
+
+/// Copies of which the fastest counts.
+const COPIES: usize = 10;
+
+/// Measures frames on one device.
+pub(crate) struct StageClock<'a> {
+    gpu: Option<&'a GpuDevice>,
+    /// Bytes per second that a copy reads and writes.
+    pub(crate) copy_bandwidth: f64,
+}
+
+/// A measured stage.
+pub(crate) struct MeasuredStage {
+    pub(crate) name: &'static str,
+    /// Of all frames, shortest first.
+    pub(crate) times: Vec<Duration>,
+    /// Bytes that must move.
+    pub(crate) bytes: u64,
+}
+
+/// The stages of a frame, in order, and the frame as a whole.
+pub(crate) struct MeasuredFrames {
+    pub(crate) stages: Vec<MeasuredStage>,
+    pub(crate) frame: MeasuredStage,
+}
+
+impl<'a> StageClock<'a> {
+    /// Measures the memory of what computes.
+    pub(crate) fn new(backend: &'a Backend) -> anyhow::Result<Self> {
+        match backend {
+            Backend::Cpu => Ok(Self { gpu: None, copy_bandwidth: cpu_copy_bandwidth() }),
+            Backend::Gpu(gpu) => {
+                Ok(Self { gpu: Some(gpu), copy_bandwidth: copy_bandwidth(&gpu.device, &gpu.queue)? })
+            }
+        }
+    }
+
+    /// Measures frames of a scene.
+    pub(crate) fn measure(&self, baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
+        match self.gpu {
+            None => measure_cpu(baked, show),
+            Some(gpu) => measure_gpu(gpu, baked, show),
+        }
+    }
+}
+
+/// The light of the frames that are measured.
+pub(crate) struct LightShow {
+    pub(crate) lighting: Lighting,
+    /// Whether the analytic lights change with each frame; else nothing changes but the bounced light.
+    pub(crate) lights_move: bool,
+    /// Number of frames.
+    pub(crate) frames: usize,
+}
+
+impl LightShow {
+    fn lighting(&self, frame: usize) -> Lighting {
+        let mut lighting = self.lighting.clone();
+        // Any change counts: the work is that of a light that moves.
+        if self.lights_move && !frame.is_multiple_of(2) {
+            lighting.lights.iter_mut().for_each(brighten);
+        }
+        lighting
+    }
+}
+
+fn brighten(light: &mut Light) {
+    match light {
+        Light::Point { intensity: power, .. }
+        | Light::Spot { intensity: power, .. }
+        | Light::Directional { irradiance: power, .. } => *power *= 1.01,
+    }
+}
+
+fn measure_cpu(baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
+    let bytes = stage_bytes(&baked, show.lights_move);
+    let mut runtime = Runtime::new(baked)?;
+    let mut measure = |frame| {
+        runtime.set_lighting(show.lighting(frame));
+        runtime.step()
+    };
+    (0..WARM_UP).for_each(|frame| _ = measure(frame));
+    let timings: Vec<FrameTimings> = (WARM_UP..WARM_UP + show.frames).map(measure).collect();
+    let of = |stage: fn(&FrameTimings) -> Duration| timings.iter().map(stage).collect::<Vec<_>>();
+    let times = [
+        of(|t| t.light_surfels),
+        of(|t| t.relight_probes),
+        of(|t| t.project_clusters),
+        of(|t| t.gather_receivers),
+        of(|t| t.dilate_lightmap),
+    ];
+    let stages = Stage::ALL.iter().zip(times).zip(bytes);
+    let stages = stages.map(|((stage, times), bytes)| MeasuredStage::new(stage.name(), times, bytes));
+    Ok(MeasuredFrames::new(stages.collect(), of(FrameTimings::total)))
+}
+
+fn measure_gpu(gpu: &GpuDevice, baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
+    let mut runtime = GpuRuntime::new(&gpu.device, &gpu.queue, baked, GpuOptions::default())?;
+    let mut timings = runtime
+        .measure_frames(WARM_UP + show.frames, |runtime, frame| runtime.set_lighting(show.lighting(frame)))?;
+    timings.drain(..WARM_UP);
+    gpu.check()?;
+    let bytes = runtime.stage_bytes(show.lights_move);
+    let stages = Stage::ALL.map(|stage| {
+        let times = timings.iter().map(|timing| timing.stages[stage as usize]).collect();
+        MeasuredStage::new(stage.name(), times, bytes[stage as usize])
+    });
+    Ok(MeasuredFrames::new(stages.into(), timings.iter().map(|timing| timing.frame).collect()))
+}
+
+impl MeasuredFrames {
+    fn new(stages: Vec<MeasuredStage>, frame: Vec<Duration>) -> Self {
+        let bytes = stages.iter().map(|stage| stage.bytes).sum();
+        Self { stages, frame: MeasuredStage::new("frame", frame, bytes) }
+    }
+}
+
+impl MeasuredStage {
+    fn new(name: &'static str, mut times: Vec<Duration>, bytes: u64) -> Self {
+        times.sort_unstable();
+        Self { name, times, bytes }
+    }
+}
+
+/// Bytes per second that all threads together read and write when they copy memory.
+fn cpu_copy_bandwidth() -> f64 {
+    let words = COPY_BYTES / size_of::<u64>();
+    let (source, mut copy) = (vec![1u64; words], vec![0u64; words]);
+    let chunk = 1 << 17;
+    let fastest = (0..COPIES)
+        .map(|_| {
+            let start = Instant::now();
+            copy.par_chunks_mut(chunk)
+                .zip(source.par_chunks(chunk))
+                .for_each(|(to, from)| to.copy_from_slice(from));
+            std::hint::black_box(&mut copy);
+            start.elapsed()
+        })
+        .min()
+        .unwrap_or_default();
+    2.0 * COPY_BYTES as f64 / fastest.as_secs_f64()
+}

@@ -1,0 +1,387 @@
+//! Draws a lit scene, or what lights it: one forward pass with four samples per pixel.
+
+use std::sync::Arc;
+
+use probelight_asset::BakedScene;
+use probelight_runtime::cpu::SurfaceColors;
+use probelight_runtime::gpu::device::checked;
+use probelight_runtime::gpu::{GpuError, GpuRuntime, SceneGeometry, ShadowMaps};
+use probelight_scene::{AlphaMode, Camera, Lighting};
+
+use super::frame_record::FrameRecord;
+use super::markers::Markers;
+use super::materials::Materials;
+use super::picture_target::{DEPTH_FORMAT, PICTURE_FORMAT, PictureTarget, SAMPLES};
+use super::view::{GpuView, ViewOptions};
+use super::{shaders, surface_attributes};
+use crate::Image;
+
+/// A scene under light, in the memory of a GPU.
+#[derive(Debug)]
+pub struct LitScene<'a> {
+    /// The triangles.
+    pub geometry: &'a SceneGeometry,
+    /// The analytic lights and their shadow maps.
+    pub shadow_maps: &'a ShadowMaps,
+    /// Irradiance per lightmap texel, W/m²; filterable.
+    pub lightmap: wgpu::TextureView,
+    /// Three `f32` for each signal, W·m⁻²·sr⁻¹: the scalar signals in the order of
+    /// [`BakedScene::scalar_signals`], then all coefficients of each probe.
+    pub signals: &'a wgpu::Buffer,
+    /// Sky, and the strength of emissive surfaces.
+    pub lighting: &'a Lighting,
+    /// Present colours of all materials.
+    pub colors: Vec<SurfaceColors>,
+}
+
+impl<'a> LitScene<'a> {
+    /// What a GPU runtime's frames light.
+    pub fn of(runtime: &'a GpuRuntime) -> Self {
+        let buffers = runtime.buffers();
+        let materials = 0..runtime.baked().scene.materials.len();
+        Self {
+            geometry: runtime.geometry(),
+            shadow_maps: runtime.shadow_maps(),
+            lightmap: buffers.lightmap.create_view(&wgpu::TextureViewDescriptor::default()),
+            signals: &buffers.signals,
+            lighting: runtime.lighting(),
+            colors: materials.filter_map(|material| runtime.surface_colors(material)).collect(),
+        }
+    }
+}
+
+/// Draws pictures of one baked scene.
+#[derive(Debug)]
+pub struct GpuRenderer {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    baked: Arc<BakedScene>,
+    attributes: wgpu::Buffer,
+    lightmap_faces: wgpu::Buffer,
+    materials: Materials,
+    frame: wgpu::Buffer,
+    frame_layout: wgpu::BindGroupLayout,
+    lightmap_sampler: wgpu::Sampler,
+    cluster_colors: wgpu::TextureView,
+    pipelines: Pipelines,
+    probes: Markers,
+    light_samples: Markers,
+}
+
+#[derive(Debug)]
+struct Pipelines {
+    surface: wgpu::RenderPipeline,
+    masked_surface: wgpu::RenderPipeline,
+    sky: wgpu::RenderPipeline,
+    spheres: wgpu::RenderPipeline,
+    discs: wgpu::RenderPipeline,
+    marker_layout: wgpu::BindGroupLayout,
+}
+
+impl GpuRenderer {
+    /// Uploads what surfaces look like.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        baked: Arc<BakedScene>,
+        geometry: &SceneGeometry,
+        shadow_maps: &ShadowMaps,
+    ) -> Result<Self, GpuError> {
+        checked(device, "the scene's surfaces", || {
+            let materials = Materials::new(device, queue, &baked.scene);
+            let frame_layout = frame_layout(device);
+            let layouts = [shadow_maps.bind_group_layout(), &frame_layout, &materials.layout];
+            Self {
+                attributes: surface_attributes::vertex_buffer(device, &baked, geometry),
+                lightmap_faces: surface_attributes::lightmap_faces(device, &baked, geometry),
+                pipelines: Pipelines::new(device, layouts),
+                frame: device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("frame"),
+                    size: size_of::<FrameRecord>() as u64,
+                    usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                }),
+                lightmap_sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                    label: Some("lightmap"),
+                    mag_filter: wgpu::FilterMode::Linear,
+                    min_filter: wgpu::FilterMode::Linear,
+                    ..wgpu::SamplerDescriptor::default()
+                }),
+                cluster_colors: super::cluster_colors::texture_view(device, queue, &baked),
+                probes: Markers::probes(device, &baked),
+                light_samples: Markers::light_samples(device, &baked),
+                materials,
+                frame_layout,
+                baked,
+                device: device.clone(),
+                queue: queue.clone(),
+            }
+        })
+    }
+
+    /// Draws what `camera` sees. One picture may be drawn per submission.
+    pub fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &PictureTarget,
+        scene: &LitScene,
+        camera: &Camera,
+        options: ViewOptions,
+    ) {
+        let markers = match options.view {
+            GpuView::Probes => Some((&self.probes, &self.pipelines.spheres)),
+            GpuView::LightSamples => Some((&self.light_samples, &self.pipelines.discs)),
+            _ => None,
+        };
+        let radius = markers.map_or(0.0, |(markers, _)| markers.radius);
+        let diagonal = scene.geometry.bounds.diagonal();
+        let record = FrameRecord::new(camera, diagonal, scene.lighting, options, radius);
+        self.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&record));
+        self.materials.set_colors(&self.queue, &self.baked.scene, &scene.colors);
+
+        let frame_group = self.frame_group(&scene.lightmap);
+        let mut pass = begin_pass(encoder, target);
+        pass.set_bind_group(1, &frame_group, &[]);
+        if options.view.has_sky() {
+            pass.set_pipeline(&self.pipelines.sky);
+            pass.draw(0..3, 0..1);
+        }
+        self.draw_surfaces(&mut pass, scene);
+        if let Some((markers, pipeline)) = markers {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(2, &self.pipelines.marker_group(&self.device, markers, scene.signals), &[]);
+            pass.draw(0..markers.vertices, 0..markers.count);
+        }
+    }
+
+    /// A finished picture with at least `samples` samples per pixel (4, 16, 36, …), as far as the GPU can draw
+    /// pictures so much larger. Waits for the GPU. Shadow maps and lightmap must be there already.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfMemory`], [`GpuError::Refused`] or [`GpuError::Lost`].
+    pub fn still(
+        &mut self,
+        scene: &LitScene,
+        camera: &Camera,
+        options: ViewOptions,
+        samples: u32,
+    ) -> Result<Image, GpuError> {
+        let largest = self.device.limits().max_texture_dimension_2d / camera.width.max(camera.height).max(1);
+        let wanted = (f64::from(samples) / f64::from(SAMPLES)).sqrt().ceil() as u32;
+        let scale = wanted.min(largest).max(1);
+        let camera = Camera { width: scale * camera.width, height: scale * camera.height, ..camera.clone() };
+        let target = PictureTarget::new(&self.device, camera.width, camera.height)?;
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.draw(&mut encoder, &target, scene, &camera, options);
+        self.queue.submit([encoder.finish()]);
+        Ok(target.read(&self.device, &self.queue)?.reduced(scale))
+    }
+
+    fn draw_surfaces(&self, pass: &mut wgpu::RenderPass, scene: &LitScene) {
+        pass.set_bind_group(0, scene.shadow_maps.bind_group(), &[]);
+        pass.set_vertex_buffer(0, scene.geometry.positions.slice(..));
+        pass.set_vertex_buffer(1, self.attributes.slice(..));
+        for part in &scene.geometry.parts {
+            let material = part.material as usize;
+            let is_masked = matches!(self.baked.scene.materials[material].alpha_mode, AlphaMode::Mask { .. });
+            let Pipelines { surface, masked_surface, .. } = &self.pipelines;
+            pass.set_pipeline(if is_masked { masked_surface } else { surface });
+            pass.set_bind_group(2, &self.materials.bind_groups[material], &[]);
+            pass.draw(part.vertices.clone(), 0..1);
+        }
+    }
+
+    fn frame_group(&self, lightmap: &wgpu::TextureView) -> wgpu::BindGroup {
+        let resources = [
+            self.frame.as_entire_binding(),
+            wgpu::BindingResource::TextureView(lightmap),
+            wgpu::BindingResource::Sampler(&self.lightmap_sampler),
+            wgpu::BindingResource::TextureView(&self.cluster_colors),
+            self.lightmap_faces.as_entire_binding(),
+        ];
+        bind(&self.device, "frame", &self.frame_layout, resources)
+    }
+}
+
+impl Pipelines {
+    fn new(device: &wgpu::Device, [lights, frame, material]: [&wgpu::BindGroupLayout; 3]) -> Self {
+        let marker_layout = marker_layout(device);
+        let surface = shaders::module(device, "surface", shaders::surface());
+        let sky = shaders::module(device, "sky", shaders::sky());
+        let markers = shaders::module(device, "markers", shaders::markers());
+        let attributes = [SceneGeometry::POSITION_LAYOUT, surface_attributes::LAYOUT];
+        let drawn = |module, entries, layouts: &[_]| Drawn {
+            module,
+            entries,
+            layouts: layouts.to_vec(),
+            attributes: &[],
+            has_depth: true,
+            is_masked: false,
+        };
+        let surface_layouts = [Some(lights), Some(frame), Some(material)];
+        let marker_layouts = [None, Some(frame), Some(&marker_layout)];
+        let surfaces = Drawn {
+            attributes: &attributes,
+            ..drawn(&surface, ["surface_vertex", "surface_color"], &surface_layouts)
+        };
+        Self {
+            masked_surface: Drawn {
+                is_masked: true,
+                entries: ["surface_vertex", "masked_surface_color"],
+                ..surfaces.clone()
+            }
+            .pipeline(device),
+            surface: surfaces.pipeline(device),
+            sky: Drawn { has_depth: false, ..drawn(&sky, ["sky_vertex", "sky_color"], &[None, Some(frame)]) }
+                .pipeline(device),
+            spheres: drawn(&markers, ["sphere_vertex", "sphere_color"], &marker_layouts).pipeline(device),
+            discs: drawn(&markers, ["disc_vertex", "disc_color"], &marker_layouts).pipeline(device),
+            marker_layout,
+        }
+    }
+
+    fn marker_group(
+        &self,
+        device: &wgpu::Device,
+        markers: &Markers,
+        signals: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        let resources = [markers.buffer.as_entire_binding(), signals.as_entire_binding()];
+        bind(device, "markers", &self.marker_layout, resources)
+    }
+}
+
+/// What the pipelines of a picture differ in.
+#[derive(Clone)]
+struct Drawn<'a> {
+    module: &'a wgpu::ShaderModule,
+    /// Names of the vertex and the fragment shader.
+    entries: [&'a str; 2],
+    layouts: Vec<Option<&'a wgpu::BindGroupLayout>>,
+    attributes: &'a [wgpu::VertexBufferLayout<'a>],
+    /// Whether it hides what is behind it.
+    has_depth: bool,
+    /// Whether alpha is the share of the pixel's samples that are covered.
+    is_masked: bool,
+}
+
+impl Drawn<'_> {
+    fn pipeline(&self, device: &wgpu::Device) -> wgpu::RenderPipeline {
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(self.entries[1]),
+            bind_group_layouts: &self.layouts,
+            ..wgpu::PipelineLayoutDescriptor::default()
+        });
+        let compare =
+            if self.has_depth { wgpu::CompareFunction::Greater } else { wgpu::CompareFunction::Always };
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(self.entries[1]),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: self.module,
+                entry_point: Some(self.entries[0]),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: self.attributes,
+            },
+            // Light meets both sides, so both are shown.
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH_FORMAT,
+                depth_write_enabled: Some(self.has_depth),
+                depth_compare: Some(compare),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState {
+                count: SAMPLES,
+                alpha_to_coverage_enabled: self.is_masked,
+                ..wgpu::MultisampleState::default()
+            },
+            fragment: Some(wgpu::FragmentState {
+                module: self.module,
+                entry_point: Some(self.entries[1]),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(PICTURE_FORMAT.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
+
+fn begin_pass<'a>(encoder: &'a mut wgpu::CommandEncoder, target: &PictureTarget) -> wgpu::RenderPass<'a> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("picture"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: &target.samples,
+            depth_slice: None,
+            resolve_target: Some(&target.resolved_view),
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                store: wgpu::StoreOp::Discard,
+            },
+        })],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &target.depth,
+            depth_ops: Some(wgpu::Operations {
+                load: wgpu::LoadOp::Clear(0.0),
+                store: wgpu::StoreOp::Discard,
+            }),
+            stencil_ops: None,
+        }),
+        ..wgpu::RenderPassDescriptor::default()
+    })
+}
+
+fn bind<'a>(
+    device: &wgpu::Device,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    resources: impl IntoIterator<Item = wgpu::BindingResource<'a>>,
+) -> wgpu::BindGroup {
+    let entries: Vec<_> =
+        (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
+}
+
+fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let types = [
+        buffer(wgpu::BufferBindingType::Uniform),
+        texture,
+        wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+        texture,
+        buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+    ];
+    layout(device, "frame", &types)
+}
+
+fn marker_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    layout(device, "markers", &[buffer(wgpu::BufferBindingType::Storage { read_only: true }); 2])
+}
+
+fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}
+
+/// A layout of bindings 0, 1, … for vertex and fragment shaders.
+fn layout(device: &wgpu::Device, label: &str, types: &[wgpu::BindingType]) -> wgpu::BindGroupLayout {
+    let entries: Vec<_> = (0..)
+        .zip(types)
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: *ty,
+            count: None,
+        })
+        .collect();
+    device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
+}

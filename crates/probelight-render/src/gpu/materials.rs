@@ -1,0 +1,162 @@
+//! Materials as shaders read them.
+
+use bytemuck::{Pod, Zeroable};
+use probelight_math::glam::Vec3;
+use probelight_runtime::cpu::SurfaceColors;
+use probelight_scene::{AlphaMode, Material, Scene};
+
+use super::material_textures::{Encoding, MaterialTextures};
+
+/// `Material` in `material.wgsl`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct MaterialRecord {
+    pub(super) base_color: [f32; 4], //   0
+    pub(super) emission: [f32; 3],   //    16
+    pub(super) metallic: f32,        //         28
+    pub(super) roughness: f32,       //        32
+    pub(super) normal_scale: f32,    //     36
+    pub(super) alpha_cutoff: f32,    //     40
+    pub(super) second_uv_sets: u32,  //   44
+}
+
+/// Bytes between materials in their buffer: WebGPU's alignment of what is bound as a uniform.
+const STRIDE: usize = 256;
+
+/// All materials of a scene.
+#[derive(Debug)]
+pub(super) struct Materials {
+    records: Vec<MaterialRecord>,
+    buffer: wgpu::Buffer,
+    pub(super) layout: wgpu::BindGroupLayout,
+    pub(super) bind_groups: Vec<wgpu::BindGroup>,
+}
+
+impl Materials {
+    pub(super) fn new(device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene) -> Self {
+        let layout = layout(device);
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("materials"),
+            size: (scene.materials.len() * STRIDE) as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        // As fine as it gets along a slanted surface, where one mip level would blur.
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("materials"),
+            address_mode_u: wgpu::AddressMode::Repeat,
+            address_mode_v: wgpu::AddressMode::Repeat,
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            mipmap_filter: wgpu::MipmapFilterMode::Linear,
+            anisotropy_clamp: 16,
+            ..wgpu::SamplerDescriptor::default()
+        });
+        let mut textures = MaterialTextures::new(device, queue, &scene.textures);
+        let bind_group = |(index, material)| {
+            let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                buffer: &buffer,
+                offset: (index * STRIDE) as u64,
+                size: wgpu::BufferSize::new(size_of::<MaterialRecord>() as u64),
+            });
+            bind(device, &layout, resource, &sampler, &material_views(&mut textures, material))
+        };
+        let bind_groups = scene.materials.iter().enumerate().map(bind_group).collect();
+        Self { records: Vec::new(), buffer, layout, bind_groups }
+    }
+
+    /// Uploads the materials with their present colours if these changed.
+    pub(super) fn set_colors(&mut self, queue: &wgpu::Queue, scene: &Scene, colors: &[SurfaceColors]) {
+        let records: Vec<_> = scene.materials.iter().zip(colors).map(|(m, c)| record(m, c)).collect();
+        if records == self.records {
+            return;
+        }
+        let mut bytes = vec![0; records.len() * STRIDE];
+        for (slot, record) in bytes.chunks_exact_mut(STRIDE).zip(&records) {
+            slot[..size_of::<MaterialRecord>()].copy_from_slice(bytemuck::bytes_of(record));
+        }
+        queue.write_buffer(&self.buffer, 0, &bytes);
+        self.records = records;
+    }
+}
+
+fn record(material: &Material, colors: &SurfaceColors) -> MaterialRecord {
+    let slots = [
+        material.base_color_texture,
+        material.metallic_roughness_texture,
+        material.normal_texture,
+        material.occlusion_texture,
+        material.emissive_texture,
+    ];
+    let uses_second_set = |(bit, slot): (u32, &Option<_>)| {
+        u32::from(slot.is_some_and(|slot: probelight_scene::TextureSlot| slot.tex_coord == 1)) << bit
+    };
+    MaterialRecord {
+        base_color: colors.base_color.extend(material.base_color.w).to_array(),
+        emission: Vec3::to_array(&colors.emission),
+        metallic: material.metallic,
+        roughness: material.roughness,
+        normal_scale: material.normal_scale,
+        alpha_cutoff: match material.alpha_mode {
+            AlphaMode::Mask { cutoff } => cutoff,
+            AlphaMode::Opaque => 0.0,
+        },
+        second_uv_sets: (0..).zip(&slots).map(uses_second_set).sum(),
+    }
+}
+
+/// The textures in the order of their bindings.
+fn material_views(textures: &mut MaterialTextures, material: &Material) -> [wgpu::TextureView; 5] {
+    [
+        textures.view(material.base_color_texture, Encoding::Srgb),
+        textures.view(material.metallic_roughness_texture, Encoding::Linear),
+        textures.normal_view(material.normal_texture),
+        textures.view(material.occlusion_texture, Encoding::Linear),
+        textures.view(material.emissive_texture, Encoding::Srgb),
+    ]
+}
+
+fn bind(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    record: wgpu::BindingResource,
+    sampler: &wgpu::Sampler,
+    views: &[wgpu::TextureView; 5],
+) -> wgpu::BindGroup {
+    let fixed = [record, wgpu::BindingResource::Sampler(sampler)];
+    let resources = fixed.into_iter().chain(views.iter().map(wgpu::BindingResource::TextureView));
+    let entries: Vec<_> =
+        (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("material"),
+        layout,
+        entries: &entries,
+    })
+}
+
+fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let uniform = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Uniform,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    let texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+    let entries: Vec<_> = (0..)
+        .zip([uniform, sampler, texture, texture, texture, texture, texture])
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty,
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("material"),
+        entries: &entries,
+    })
+}

@@ -1,0 +1,106 @@
+// A glTF metallic-roughness material, and what a point of a surface is made of. Needs frame.wgsl.
+
+struct Material {
+    base_color: vec4f,
+    // Radiance of the front face, W·m⁻²·sr⁻¹.
+    emission: vec3f,
+    metallic: f32,
+    roughness: f32,
+    normal_scale: f32,
+    // Smallest alpha that is still surface.
+    alpha_cutoff: f32,
+    // Bit i is set if texture i uses the second set of texture coordinates.
+    second_uv_sets: u32,
+}
+
+@group(2) @binding(0) var<uniform> material: Material;
+@group(2) @binding(1) var material_sampler: sampler;
+@group(2) @binding(2) var base_color_texture: texture_2d<f32>;
+@group(2) @binding(3) var metallic_roughness_texture: texture_2d<f32>;
+@group(2) @binding(4) var normal_texture: texture_2d<f32>;
+@group(2) @binding(5) var occlusion_texture: texture_2d<f32>;
+@group(2) @binding(6) var emissive_texture: texture_2d<f32>;
+
+struct SurfaceVertex {
+    @builtin(position) clip_position: vec4f,
+    @location(0) position: vec3f,
+    // Weights of the triangle's corners.
+    @location(1) barycentric: vec3f,
+    @location(2) uv: vec4f,
+    @location(3) normal: vec3f,
+    @location(4) tangent: vec4f,
+    @location(5) @interpolate(flat) face_normal: vec3f,
+    // Number of the triangle in the vertex buffer.
+    @location(6) @interpolate(flat) triangle: u32,
+}
+
+// One side of a surface. Normals are unit vectors on the side that is seen.
+struct Surface {
+    position: vec3f,
+    // Unit vector towards the eye.
+    to_eye: vec3f,
+    face_normal: vec3f,
+    normal: vec3f,
+    base_color: vec3f,
+    alpha: f32,
+    metallic: f32,
+    roughness: f32,
+    occlusion: f32,
+    // Radiance, W·m⁻²·sr⁻¹.
+    emission: vec3f,
+    // Texels; negative without light of its own.
+    lightmap_position: vec2f,
+}
+
+fn uv_of(vertex: SurfaceVertex, slot: u32) -> vec2f {
+    return select(vertex.uv.xy, vertex.uv.zw, (material.second_uv_sets >> slot & 1u) == 1u);
+}
+
+fn surface_at(vertex: SurfaceVertex) -> Surface {
+    let base_color = material.base_color * textureSample(base_color_texture, material_sampler, uv_of(vertex, 0u));
+    let roughness_metallic = textureSample(metallic_roughness_texture, material_sampler, uv_of(vertex, 1u)).yz;
+    let bump = textureSample(normal_texture, material_sampler, uv_of(vertex, 2u)).xyz;
+    let occlusion = textureSample(occlusion_texture, material_sampler, uv_of(vertex, 3u)).x;
+    let emissive = textureSample(emissive_texture, material_sampler, uv_of(vertex, 4u)).xyz;
+
+    let to_eye = normalize(frame.eye - vertex.position);
+    let is_back = dot(vertex.face_normal, to_eye) < 0.0;
+    let side = select(1.0, -1.0, is_back);
+
+    var surface: Surface;
+    surface.position = vertex.position;
+    surface.to_eye = to_eye;
+    surface.face_normal = normalize(vertex.face_normal) * side;
+    surface.normal = shading_normal(vertex, bump, surface.face_normal, side);
+    surface.base_color = base_color.xyz;
+    surface.alpha = base_color.w;
+    surface.metallic = material.metallic * roughness_metallic.y;
+    surface.roughness = material.roughness * roughness_metallic.x;
+    surface.occlusion = occlusion;
+    surface.emission = material.emission * emissive * select(frame.emissive_scale, 0.0, is_back);
+    surface.lightmap_position = lightmap_position(vertex, u32(is_back));
+    if frame.shading == SHADING_DIFFUSE {
+        surface.normal = surface.face_normal;
+        surface.occlusion = 1.0;
+    }
+    return surface;
+}
+
+// Where the light of one side lies, texels. The middle of a pixel at a triangle's border may lie outside the
+// triangle, and so outside its chart: weights are limited to the triangle.
+fn lightmap_position(vertex: SurfaceVertex, side: u32) -> vec2f {
+    let corners = lightmap_faces[vertex.triangle][side];
+    let inside = max(vertex.barycentric, vec3f(0.0));
+    let weights = inside / (inside.x + inside.y + inside.z);
+    return weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2];
+}
+
+// The vertices' normal with the normal map's bumps, on the side that is seen.
+fn shading_normal(vertex: SurfaceVertex, bump: vec3f, face_normal: vec3f, side: f32) -> vec3f {
+    let normal = normalize(vertex.normal);
+    let bitangent = vertex.tangent.w * cross(normal, vertex.tangent.xyz);
+    let slope = (bump.xy * 2.0 - 1.0) * material.normal_scale;
+    let bumped = slope.x * vertex.tangent.xyz + slope.y * bitangent + (bump.z * 2.0 - 1.0) * normal;
+    let length = length(bumped);
+    return select(face_normal, side * bumped / length, length > 1e-6);
+}

@@ -1,0 +1,102 @@
+// Surfaces of the scene. Needs lights.wgsl, shadow_maps.wgsl, frame.wgsl, material.wgsl and brdf.wgsl.
+
+@vertex
+fn surface_vertex(
+    @location(0) position: vec3f,
+    @location(1) uv: vec4f,
+    @location(2) normal: vec4f,
+    @location(3) tangent: vec4f,
+    @location(4) face_normal: vec4f,
+    @builtin(vertex_index) index: u32,
+) -> SurfaceVertex {
+    let clip_position = frame.clip_from_world * vec4f(position, 1.0);
+    let barycentric = vec3f(vec3u(index % 3u) == vec3u(0u, 1u, 2u));
+    return SurfaceVertex(
+        clip_position, position, barycentric, uv, normal.xyz, tangent, face_normal.xyz, index / 3u,
+    );
+}
+
+@fragment
+fn surface_color(vertex: SurfaceVertex) -> @location(0) vec4f {
+    let surface = surface_at(vertex);
+    return vec4f(color_of_view(surface), 1.0);
+}
+
+// Alpha becomes the share of a pixel's samples that are covered: the borders of holes are as smooth as other edges.
+@fragment
+fn masked_surface_color(vertex: SurfaceVertex) -> @location(0) vec4f {
+    let surface = surface_at(vertex);
+    let change = max(fwidth(surface.alpha), 1e-4);
+    let coverage = saturate((surface.alpha - material.alpha_cutoff) / change + 0.5);
+    return vec4f(color_of_view(surface), coverage);
+}
+
+fn color_of_view(surface: Surface) -> vec3f {
+    switch frame.view {
+        case VIEW_DIRECT: { return surface.emission + direct_light(surface); }
+        case VIEW_INDIRECT: { return indirect_light(surface); }
+        case VIEW_IRRADIANCE: { return irradiance(surface); }
+        case VIEW_ALBEDO: { return surface.base_color; }
+        case VIEW_NORMALS: { return 0.5 + 0.5 * surface.normal; }
+        case VIEW_LIGHTMAP_TEXELS: { return texel_of(surface); }
+        case VIEW_CLUSTERS: { return cluster_of(surface); }
+        case VIEW_PROBES, VIEW_LIGHT_SAMPLES: { return 0.3 * all_light(surface); }
+        default: { return all_light(surface); }
+    }
+}
+
+fn all_light(surface: Surface) -> vec3f {
+    return surface.emission + direct_light(surface) + indirect_light(surface);
+}
+
+// What a surface reflects of the light that comes straight from the analytic lights.
+fn direct_light(surface: Surface) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < lights.count; i++) {
+        let light = lights.list[i];
+        let arriving = illuminate(light, surface.position);
+        let cosine = dot(surface.normal, arriving.to_light);
+        let faces_light = dot(surface.face_normal, arriving.to_light) > 0.0 && cosine > 0.0;
+        if faces_light && any(arriving.irradiance > vec3f(0.0)) {
+            let visible = light_visibility(light, surface.position, surface.face_normal);
+            sum += visible * cosine * arriving.irradiance * brdf(surface, arriving.to_light);
+        }
+    }
+    return sum;
+}
+
+// What a surface reflects of the lightmap's light, which counts as coming evenly from all sides.
+fn indirect_light(surface: Surface) -> vec3f {
+    var reflectance = surface.base_color;
+    if frame.shading == SHADING_PHYSICAL {
+        reflectance = diffuse_albedo(surface) + specular_albedo(surface);
+    }
+    return reflectance / PI * surface.occlusion * irradiance(surface);
+}
+
+// Irradiance of the lightmap, W/m². Level 0, as charts lie side by side and coarser levels would blend them.
+fn irradiance(surface: Surface) -> vec3f {
+    let uv = surface.lightmap_position / vec2f(textureDimensions(lightmap));
+    let texel = textureSampleLevel(lightmap, lightmap_sampler, uv, 0.0).xyz;
+    // Compressed matrices can yield slightly negative light.
+    return select(max(texel, vec3f(0.0)), vec3f(0.0), surface.lightmap_position.x < 0.0);
+}
+
+// The lightmap's texels as they are, as a chessboard; blue where a side has none.
+fn texel_of(surface: Surface) -> vec3f {
+    if surface.lightmap_position.x < 0.0 {
+        return vec3f(0.0, 0.0, 0.2);
+    }
+    let texel = vec2u(surface.lightmap_position);
+    let light = max(textureLoad(lightmap, texel, 0).xyz, vec3f(0.0));
+    return light * select(1.0, 0.7, ((texel.x + texel.y) & 1u) == 1u);
+}
+
+// One colour for each cluster, darker where the surface is seen at a slant; grey without one.
+fn cluster_of(surface: Surface) -> vec3f {
+    let slant = 0.4 + 0.6 * dot(surface.face_normal, surface.to_eye);
+    if surface.lightmap_position.x < 0.0 {
+        return vec3f(0.1) * slant;
+    }
+    return textureLoad(cluster_colors, vec2u(surface.lightmap_position), 0).xyz * slant;
+}

@@ -1,0 +1,183 @@
+//! Pictures of the GPU: against the CPU's, and against pictures that were looked at.
+#![cfg(feature = "gpu")]
+
+#[path = "../../probelight-runtime/tests/support/gpu.rs"]
+mod gpu;
+mod support;
+
+use std::path::{Path, PathBuf};
+
+use probelight_eval::{ImageView, flip};
+use probelight_math::glam::Vec3;
+use probelight_render::gpu::{GpuView, PictureTarget, Presenter, Shading, ViewOptions};
+use probelight_render::{DisplayImage, Exposure, Image, RenderOutput, ToneMap};
+use probelight_runtime::gpu::GpuDevice;
+use probelight_runtime::gpu::readback::read_texture;
+use support::{GpuPictures, baked_cornell, cpu_picture, lit_scene};
+
+/// Mean FLIP difference of two pictures, both shown with the exposure that suits the second.
+fn shown_difference(image: &Image, reference: &Image) -> f64 {
+    let tone_map = ToneMap::new(Exposure::Automatic, reference);
+    let shown = [image, reference].map(|image| tone_map.display_from_image(image));
+    difference(&shown[0], &shown[1])
+}
+
+fn difference(image: &Image, reference: &Image) -> f64 {
+    let [image, reference] =
+        [image, reference].map(|i| ImageView::new(i.width as usize, i.height as usize, &i.pixels).unwrap());
+    flip(&image, &reference).unwrap()
+}
+
+/// Pictures of indirect light are the same but for noise at edges and mip levels of textures. Those with direct light
+/// also differ along the borders of shadows, which maps blur over three texels.
+const MOST_INDIRECT_DIFFERENCE: f64 = 0.02;
+const MOST_DIRECT_DIFFERENCE: f64 = 0.05;
+
+fn compare_with_cpu(name: &str) {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let lit = lit_scene(name);
+    let mut pictures = GpuPictures::new(gpu, &lit);
+    for (output, view, most) in [
+        (RenderOutput::Indirect, GpuView::Indirect, MOST_INDIRECT_DIFFERENCE),
+        (RenderOutput::Irradiance, GpuView::Irradiance, MOST_INDIRECT_DIFFERENCE),
+        (RenderOutput::Direct, GpuView::Direct, MOST_DIRECT_DIFFERENCE),
+        (RenderOutput::Full, GpuView::Full, MOST_DIRECT_DIFFERENCE),
+    ] {
+        let by_gpu = pictures.draw(&lit, ViewOptions { view, shading: Shading::Diffuse });
+        let found = shown_difference(&by_gpu, &cpu_picture(&lit, output));
+        assert!(found <= most, "{name}, {view:?}: {found}");
+    }
+}
+
+#[test]
+fn cornell_looks_as_on_the_cpu() {
+    compare_with_cpu("cornell");
+}
+
+#[test]
+fn rooms_look_as_on_the_cpu() {
+    compare_with_cpu("rooms");
+}
+
+#[test]
+fn the_atrium_looks_as_on_the_cpu() {
+    compare_with_cpu("atrium");
+}
+
+#[test]
+fn the_comparison_notices_other_light() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let mut lit = baked_cornell();
+    let mut pictures = GpuPictures::new(gpu, &lit);
+    let options = ViewOptions { view: GpuView::Indirect, shading: Shading::Diffuse };
+    let before = cpu_picture(&lit, RenderOutput::Indirect);
+    lit.runtime.set_base_color(0, Vec3::new(0.5, 0.6, 0.7)).unwrap();
+    lit.runtime.converge(1e-3, 30);
+    let found = shown_difference(&pictures.draw(&lit, options), &before);
+    assert!(found > MOST_INDIRECT_DIFFERENCE, "{found}");
+}
+
+/// Largest accepted FLIP difference of a picture from the one that was looked at: drivers round differently, which
+/// shows at edges.
+const MOST_SNAPSHOT_DIFFERENCE: f64 = 0.01;
+
+fn snapshot_path(view: GpuView, shading: Shading) -> PathBuf {
+    let name = format!("{view:?}_{shading:?}.png").to_lowercase();
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/snapshots").join(name)
+}
+
+fn shown(image: &Image, view: GpuView) -> DisplayImage {
+    if view.is_light() {
+        return ToneMap::new(Exposure::Automatic, image).apply(image);
+    }
+    DisplayImage::from_colors(image)
+}
+
+/// The committed picture, linear; or after setting `PROBELIGHT_UPDATE_SNAPSHOTS` the picture itself, now committed.
+fn snapshot(picture: &DisplayImage, path: &Path) -> Image {
+    if std::env::var_os("PROBELIGHT_UPDATE_SNAPSHOTS").is_some() {
+        picture.write_png(path).unwrap();
+    }
+    let file = image::open(path).unwrap().into_rgb8();
+    let (width, height) = file.dimensions();
+    linear(&DisplayImage { width, height, pixels: file.pixels().map(|pixel| pixel.0).collect() })
+}
+
+fn linear(picture: &DisplayImage) -> Image {
+    let pixels = picture.pixels.iter().map(|p| probelight_math::color::linear_from_srgb8(*p)).collect();
+    Image { width: picture.width, height: picture.height, pixels }
+}
+
+#[test]
+fn every_view_is_as_it_was_looked_at() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let mut lit = baked_cornell();
+    (lit.camera.width, lit.camera.height) = (128, 96);
+    let mut pictures = GpuPictures::new(gpu, &lit);
+    let diffuse = GpuView::ALL.map(|view| ViewOptions { view, shading: Shading::Diffuse });
+    let physical = ViewOptions { view: GpuView::Full, shading: Shading::Physical };
+    let mut snapshots = Vec::new();
+    for options in diffuse.into_iter().chain([physical]) {
+        let picture = shown(&pictures.draw(&lit, options), options.view);
+        let expected = snapshot(&picture, &snapshot_path(options.view, options.shading));
+        let found = difference(&linear(&picture), &expected);
+        assert!(found <= MOST_SNAPSHOT_DIFFERENCE, "{options:?}: {found}");
+        snapshots.push(expected);
+    }
+    // The two ways to shade a box of rough plaster are nearly the same; all other views are not.
+    for (i, a) in snapshots[..GpuView::ALL.len()].iter().enumerate() {
+        for b in &snapshots[..i] {
+            assert!(difference(a, b) > MOST_SNAPSHOT_DIFFERENCE, "view {i} is mistaken for another");
+        }
+    }
+}
+
+#[test]
+fn windows_show_what_files_hold() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let lit = baked_cornell();
+    let mut pictures = GpuPictures::new(gpu, &lit);
+    for format in [wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureFormat::Rgba8UnormSrgb] {
+        for view in [GpuView::Full, GpuView::Clusters] {
+            let options = ViewOptions { view, shading: Shading::Diffuse };
+            let target = pictures.draw_on_gpu(&lit, options);
+            let image = target.read(&gpu.device, &gpu.queue).unwrap();
+            let tone_map = ToneMap::new(Exposure::Automatic, &image);
+            let presented = present(gpu, &target, format, view, tone_map);
+            let expected = shown(&image, view);
+            let farthest = |(a, b): (&[u8; 3], &[u8; 3])| (0..3).map(|c| a[c].abs_diff(b[c])).max();
+            let pairs = presented.iter().zip(&expected.pixels);
+            // Powers are a little different on GPUs.
+            assert!(pairs.map(farthest).max().flatten() <= Some(1), "{format:?} {view:?}");
+            let darker = ToneMap { scale: 0.9 * tone_map.scale };
+            let other = present(gpu, &target, format, view, darker);
+            assert_eq!(other != presented, view.is_light(), "exposure is for light alone");
+        }
+    }
+}
+
+fn present(
+    gpu: &GpuDevice,
+    picture: &PictureTarget,
+    format: wgpu::TextureFormat,
+    view: GpuView,
+    tone_map: ToneMap,
+) -> Vec<[u8; 3]> {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: picture.texture().size(),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let presenter = Presenter::new(&gpu.device, &gpu.queue, format);
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let target = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    presenter.present(&mut encoder, picture, view, tone_map, &target);
+    gpu.queue.submit([encoder.finish()]);
+    let bytes = read_texture(&gpu.device, &gpu.queue, &texture).unwrap();
+    bytes.chunks_exact(4).map(|texel| [texel[0], texel[1], texel[2]]).collect()
+}

@@ -1,0 +1,166 @@
+//! How long frames take on a GPU, and how long they would if memory were the only limit.
+
+use std::time::{Duration, Instant};
+
+use super::cluster_shards::ClusterShard;
+use super::device::{GpuError, checked};
+use super::frame_buffers::RGB_BYTES;
+use super::gpu_runtime::GpuRuntime;
+use super::kernel::{Kernel, whole};
+use super::stage::{Stage, StageTimings};
+use super::stage_shaders::COPY_WORDS;
+use super::storage::Storage;
+use super::timestamps::{FrameTimestamps, PassTimestamps};
+
+/// Stages before each frame that is measured, in the same submission, so that the GPU does not fall asleep.
+const STAGES_BEFORE: usize = 15;
+
+/// Most bytes copied to measure the bandwidth: many times what caches hold.
+const COPY_BYTES: u64 = 128 << 20;
+
+/// Copies of which the fastest counts.
+const COPIES: usize = 10;
+
+impl GpuRuntime {
+    /// Measures as many frames. Before each, `change` may change lights and colours; drawing the shadow maps is not
+    /// measured.
+    ///
+    /// A GPU's own clock tells how long each stage took within a whole frame. Drivers in software note times when
+    /// work is handed to their threads, not when it is done; for them, and for GPUs without such a clock, each stage
+    /// is submitted by itself and waited for.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer, or an error of `change`.
+    pub fn measure_frames(
+        &mut self,
+        frames: usize,
+        mut change: impl FnMut(&mut Self, usize) -> Result<(), GpuError>,
+    ) -> Result<Vec<StageTimings>, GpuError> {
+        let is_software = self.device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        let timestamps = FrameTimestamps::new(&self.device, &self.queue).filter(|_| !is_software);
+        let measure = |frame| {
+            change(self, frame)?;
+            match &timestamps {
+                Some(timestamps) => self.measure_by_timestamps(timestamps),
+                None => self.measure_by_waiting(),
+            }
+        };
+        (0..frames).map(measure).collect()
+    }
+
+    fn measure_by_timestamps(&mut self, timestamps: &FrameTimestamps) -> Result<StageTimings, GpuError> {
+        let mut encoder = new_encoder(&self.device);
+        self.encode_shadow_maps(&mut encoder);
+        // The later stages of a frame keep the GPU awake; the first one would use up the changes.
+        for stage in Stage::ALL[1..].iter().cycle().take(STAGES_BEFORE) {
+            self.encode_stage(*stage, &mut encoder, None);
+        }
+        self.encode_timed(&mut encoder, timestamps);
+        self.queue.submit([encoder.finish()]);
+        timestamps.read(&self.device, &self.queue)
+    }
+
+    fn measure_by_waiting(&mut self) -> Result<StageTimings, GpuError> {
+        let mut encoder = new_encoder(&self.device);
+        self.encode_shadow_maps(&mut encoder);
+        submit_and_wait(&self.device, &self.queue, encoder)?;
+        let mut stages = [Duration::ZERO; Stage::ALL.len()];
+        for (stage, time) in Stage::ALL.into_iter().zip(&mut stages) {
+            let mut encoder = new_encoder(&self.device);
+            self.encode_stage(stage, &mut encoder, None);
+            *time = submit_and_wait(&self.device, &self.queue, encoder)?;
+        }
+        Ok(StageTimings { stages, frame: stages.iter().sum() })
+    }
+
+    /// Bytes that each stage must move if it reads each of its inputs once and writes each of its outputs once; in the
+    /// order of [`Stage::ALL`]. Shadow maps are not counted, direct light and shading only if `lights_move`.
+    pub fn stage_bytes(&self, lights_move: bool) -> [u64; Stage::ALL.len()] {
+        let (baked, buffers) = (&self.baked, &self.buffers);
+        let texel = 8;
+        let rgb = RGB_BYTES;
+        let level = |level: u32| {
+            let size = buffers.lightmap.size().mip_level_size(level, wgpu::TextureDimension::D2);
+            texel * u64::from(size.width) * u64::from(size.height)
+        };
+        let levels =
+            if self.stages.reduce_lightmap.is_some() { buffers.lightmap.mip_level_count() } else { 1 };
+        let dilated = baked.lightmap.dilation.len() as u64;
+        let scalar_signals = rgb * baked.scalar_signals() as u64;
+        let coefficients = rgb * (baked.probes.len() * baked.coefficients()) as u64;
+        let basis = 4 * (baked.relight_directions.len() * baked.coefficients()) as u64;
+        let surfels = rgb * baked.surfels.len() as u64;
+        let relight_rays = size_of_val(&baked.relight_surfels[..]) as u64;
+        let clusters = |bytes: fn(&ClusterShard) -> u64| self.shards.iter().map(bytes).sum::<u64>();
+        Stage::ALL.map(|stage| match stage {
+            Stage::LightSurfels => {
+                let light = &self.stages.light_surfels;
+                let shading = if lights_move { light.shading_bytes() } else { 0 };
+                light.feedback_bytes() + shading + buffers.irradiance.size() + scalar_signals
+            }
+            Stage::RelightProbes => relight_rays + basis + surfels + coefficients,
+            Stage::ProjectClusters => clusters(|shard| shard.projection_bytes()) + buffers.signals.size(),
+            Stage::GatherReceivers => {
+                let texels = texel * baked.receiver_texels.len() as u64;
+                clusters(|shard| shard.gather_bytes()) + buffers.irradiance.size() + texels
+            }
+            Stage::DilateLightmap => dilated * (8 + rgb + texel),
+            Stage::ReduceLightmap => (1..levels).map(|n| level(n - 1) + level(n)).sum(),
+        })
+    }
+}
+
+/// How fast a GPU copies memory, bytes per second: read and written bytes together. Measured as stages are.
+///
+/// # Errors
+/// [`GpuError::OutOfMemory`], or [`GpuError::Lost`] if the GPU does not answer.
+pub fn copy_bandwidth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<f64, GpuError> {
+    let is_software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+    let timestamps = PassTimestamps::new(device, queue, 1).filter(|_| !is_software);
+    let storage = Storage::new(device, queue);
+    let bytes = COPY_BYTES.min(storage.limit);
+    let (kernel, group) = checked(device, "measuring the memory", || {
+        let (source, copied) = (storage.zeros("source", bytes)?, storage.zeros("copy", bytes)?);
+        let kernel = Kernel::new(device, &COPY_WORDS, None);
+        let group = kernel.bind(device, 0, &whole(&[&source, &copied]));
+        Ok::<_, GpuError>((kernel, group))
+    })??;
+    let mut fastest = Duration::MAX;
+    for _ in 0..COPIES {
+        let mut encoder = new_encoder(device);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("copy"),
+            timestamp_writes: timestamps.as_ref().map(|timestamps| timestamps.writes(0)),
+        });
+        kernel.run(&mut pass, &[&group], (bytes as usize).div_ceil(16 * 1024));
+        drop(pass);
+        let time = match &timestamps {
+            Some(timestamps) => {
+                timestamps.resolve(&mut encoder);
+                queue.submit([encoder.finish()]);
+                timestamps.read(device, queue)?.iter().sum()
+            }
+            None => submit_and_wait(device, queue, encoder)?,
+        };
+        fastest = fastest.min(time);
+    }
+    Ok(2.0 * bytes as f64 / fastest.as_secs_f64())
+}
+
+fn new_encoder(device: &wgpu::Device) -> wgpu::CommandEncoder {
+    device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
+}
+
+/// How long the GPU takes for some work, as the host sees it.
+fn submit_and_wait(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    encoder: wgpu::CommandEncoder,
+) -> Result<Duration, GpuError> {
+    let commands = encoder.finish();
+    let start = Instant::now();
+    queue.submit([commands]);
+    let waited = device.poll(wgpu::PollType::wait_indefinitely());
+    waited.map_err(|error| GpuError::Lost { reason: error.to_string() })?;
+    Ok(start.elapsed())
+}

@@ -1,0 +1,110 @@
+//! Reading what the stages hand to each other, and replacing it: for still pictures, measurements and tests of
+//! single stages. Reading waits for the GPU.
+
+use bytemuck::cast_slice;
+use probelight_math::glam::Vec3;
+
+use super::device::GpuError;
+use super::frame_buffers::RGB_BYTES;
+use super::gpu_runtime::GpuRuntime;
+use super::readback::read_buffer;
+use crate::IrradianceLightmap;
+
+impl GpuRuntime {
+    /// Irradiance of the receivers in the last frame, W/m², in the order of
+    /// [`receiver_texels`](probelight_asset::BakedScene::receiver_texels).
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    pub fn read_irradiance(&self) -> Result<Vec<Vec3>, GpuError> {
+        self.read_rgb(&self.buffers.irradiance, self.baked.receiver_texels.len())
+    }
+
+    /// The lightmap of the last frame as the CPU would have it, in full precision.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    pub fn read_lightmap(&self) -> Result<IrradianceLightmap, GpuError> {
+        let layout = &self.baked.lightmap;
+        let mut lightmap = IrradianceLightmap::new(layout.width, layout.height);
+        for (texel, value) in self.baked.receiver_texels.iter().zip(self.read_irradiance()?) {
+            lightmap.texels[*texel as usize] = value;
+        }
+        for [texel, source] in &layout.dilation {
+            lightmap.texels[*texel as usize] = lightmap.texels[*source as usize];
+        }
+        Ok(lightmap)
+    }
+
+    /// The scalar signals of the last frame, then all coefficients of each probe, W·m⁻²·sr⁻¹.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    pub fn read_signals(&self) -> Result<Vec<Vec3>, GpuError> {
+        let coefficients = self.baked.probes.len() * self.baked.coefficients();
+        self.read_rgb(&self.buffers.signals, self.baked.scalar_signals() + coefficients)
+    }
+
+    /// The clusters' coefficients b of the last frame: one RGB row per singular value, in the order of
+    /// [`row_scales`](probelight_asset::BakedScene::row_scales).
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    pub fn read_coefficients(&self) -> Result<Vec<Vec3>, GpuError> {
+        let parts = self.shards.iter().map(|shard| self.read_rgb(&shard.coefficients, shard.row_count));
+        Ok(parts.collect::<Result<Vec<_>, _>>()?.concat())
+    }
+
+    /// Irradiance of the analytic lights at each light sample, W/m², as of the last frame.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    pub fn read_direct(&self) -> Result<Vec<Vec3>, GpuError> {
+        let mut direct = vec![Vec3::ZERO; self.baked.light_samples.len()];
+        for (samples, buffer) in self.stages.light_surfels.direct() {
+            for (sample, value) in samples.iter().zip(self.read_rgb(buffer, samples.len())?) {
+                direct[*sample as usize] = value;
+            }
+        }
+        Ok(direct)
+    }
+
+    /// Replaces the receivers' irradiance: the next frame's feedback.
+    pub fn write_irradiance(&self, irradiance: &[Vec3]) {
+        self.queue.write_buffer(&self.buffers.irradiance, 0, cast_slice(irradiance));
+    }
+
+    /// Replaces signals from the one numbered `first` on; see [`read_signals`](Self::read_signals).
+    pub fn write_signals(&self, first: usize, signals: &[Vec3]) {
+        self.queue.write_buffer(&self.buffers.signals, RGB_BYTES * first as u64, cast_slice(signals));
+    }
+
+    /// Replaces the clusters' coefficients b.
+    pub fn write_coefficients(&self, coefficients: &[Vec3]) {
+        let mut rest = coefficients;
+        for shard in &self.shards {
+            let (here, behind) = rest.split_at(shard.row_count.min(rest.len()));
+            self.queue.write_buffer(&shard.coefficients, 0, cast_slice(here));
+            rest = behind;
+        }
+    }
+
+    /// Replaces the irradiance of the analytic lights at the light samples until a light changes. It takes effect
+    /// with the next change of a colour.
+    pub fn write_direct(&self, direct: &[Vec3]) {
+        for (samples, buffer) in self.stages.light_surfels.direct() {
+            let sorted: Vec<Vec3> = samples.iter().map(|sample| direct[*sample as usize]).collect();
+            self.queue.write_buffer(buffer, 0, cast_slice(&sorted));
+        }
+    }
+
+    /// Number of portions into which surfels and clusters are divided, so that shaders can bind them.
+    pub fn shard_counts(&self) -> [usize; 2] {
+        [self.stages.light_surfels.direct().count(), self.shards.len()]
+    }
+
+    fn read_rgb(&self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<Vec3>, GpuError> {
+        let values: Vec<f32> = read_buffer(&self.device, &self.queue, buffer)?;
+        Ok(values.chunks_exact(3).take(count).map(Vec3::from_slice).collect())
+    }
+}

@@ -1,0 +1,299 @@
+//! The runtime on the GPU: a baked scene, its present lighting and materials, and the stages of a frame.
+
+use std::sync::Arc;
+
+use probelight_asset::BakedScene;
+use probelight_math::glam::Vec3;
+use probelight_scene::Lighting;
+
+use super::cluster_shards::{ClusterShard, cluster_shards};
+use super::device::{GpuError, checked};
+use super::dilate_lightmap::DilateLightmap;
+use super::frame_buffers::FrameBuffers;
+use super::gather_receivers::GatherReceivers;
+use super::light_surfels::LightSurfels;
+use super::project_clusters::ProjectClusters;
+use super::reduce_lightmap::ReduceLightmap;
+use super::relight_probes::RelightProbes;
+use super::scene_geometry::SceneGeometry;
+use super::shadow_maps::{ShadowMapOptions, ShadowMaps};
+use super::stage::Stage;
+use super::storage::Storage;
+use super::timestamps::FrameTimestamps;
+use crate::Convergence;
+use crate::cpu::SurfaceColors;
+use crate::runtime::relative_change;
+use crate::scene_state::SceneState;
+
+/// How a [`GpuRuntime`] uses the GPU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GpuOptions {
+    /// How fine the shadow maps are that light the surfels.
+    pub shadow_maps: ShadowMapOptions,
+    /// Most bytes of a buffer; `None`: what the device can bind. Longer arrays are divided.
+    pub largest_buffer: Option<u64>,
+    /// Whether coarser levels of the lightmap are computed.
+    pub reduces_lightmap: bool,
+}
+
+impl Default for GpuOptions {
+    fn default() -> Self {
+        Self { shadow_maps: ShadowMapOptions::default(), largest_buffer: None, reduces_lightmap: true }
+    }
+}
+
+/// Lights a baked scene on the GPU, frame by frame: the twin of [`Runtime`](crate::Runtime).
+///
+/// It works on any [`wgpu::Device`] with WebGPU's default limits. A frame is a number of passes in a command
+/// encoder of the caller's; nothing is read back and nothing waits.
+#[derive(Debug)]
+pub struct GpuRuntime {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    pub(super) baked: Arc<BakedScene>,
+    state: SceneState,
+    geometry: SceneGeometry,
+    shadow_maps: ShadowMaps,
+    pub(super) buffers: FrameBuffers,
+    pub(super) shards: Vec<ClusterShard>,
+    pub(super) stages: Stages,
+}
+
+#[derive(Debug)]
+pub(super) struct Stages {
+    pub(super) light_surfels: LightSurfels,
+    relight_probes: RelightProbes,
+    project_clusters: ProjectClusters,
+    gather_receivers: GatherReceivers,
+    dilate_lightmap: DilateLightmap,
+    pub(super) reduce_lightmap: Option<ReduceLightmap>,
+}
+
+impl Stages {
+    fn new(
+        storage: &Storage,
+        baked: &BakedScene,
+        buffers: &FrameBuffers,
+        shards: &[ClusterShard],
+        shadow_maps: &ShadowMaps,
+        reduces_lightmap: bool,
+    ) -> Result<Self, GpuError> {
+        let device = storage.device;
+        Ok(Self {
+            light_surfels: LightSurfels::new(storage, baked, buffers, shadow_maps.bind_group_layout())?,
+            relight_probes: RelightProbes::new(storage, baked, buffers)?,
+            project_clusters: ProjectClusters::new(device, shards, buffers),
+            gather_receivers: GatherReceivers::new(device, shards, buffers),
+            dilate_lightmap: DilateLightmap::new(storage, baked, buffers)?,
+            reduce_lightmap: reduces_lightmap.then(|| ReduceLightmap::new(device, buffers)),
+        })
+    }
+}
+
+impl GpuRuntime {
+    /// Copies a baked scene to a GPU. The lights are those of the scene's file, the sky is black, emissive surfaces
+    /// shine.
+    ///
+    /// # Errors
+    /// If parts of the baked scene contradict each other, or the device cannot hold it.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        baked: Arc<BakedScene>,
+        options: GpuOptions,
+    ) -> Result<Self, GpuError> {
+        baked.validate().map_err(crate::RuntimeError::from)?;
+        let geometry = SceneGeometry::new(device, queue, &baked.scene)?;
+        let shadow_maps = ShadowMaps::new(device, &geometry, options.shadow_maps)?;
+        let mut storage = Storage::new(device, queue);
+        storage.limit = storage.limit.min(options.largest_buffer.unwrap_or(u64::MAX));
+        let (buffers, shards, stages) = checked(device, "the baked scene", || {
+            let buffers = FrameBuffers::new(&storage, &baked)?;
+            let shards = cluster_shards(&storage, &baked)?;
+            let reduces = options.reduces_lightmap;
+            let stages = Stages::new(&storage, &baked, &buffers, &shards, &shadow_maps, reduces)?;
+            Ok::<_, GpuError>((buffers, shards, stages))
+        })??;
+        let (device, queue, state) = (device.clone(), queue.clone(), SceneState::new(&baked));
+        let mut runtime =
+            Self { device, queue, baked, state, geometry, shadow_maps, buffers, shards, stages };
+        let lights = runtime.state.lighting.lights.clone();
+        runtime.shadow_maps.set_lights(&runtime.device, &runtime.queue, &runtime.geometry, &lights)?;
+        Ok(runtime)
+    }
+
+    /// The baked scene.
+    pub fn baked(&self) -> &Arc<BakedScene> {
+        &self.baked
+    }
+
+    /// The scene's triangles on the GPU.
+    pub fn geometry(&self) -> &SceneGeometry {
+        &self.geometry
+    }
+
+    /// The lights and their shadow maps, drawn by [`encode`](Self::encode).
+    pub fn shadow_maps(&self) -> &ShadowMaps {
+        &self.shadow_maps
+    }
+
+    /// Signals, irradiance, and the lightmap for renderers.
+    pub fn buffers(&self) -> &FrameBuffers {
+        &self.buffers
+    }
+
+    /// The irradiance lightmap with all its levels, for renderers; see [`FrameBuffers::lightmap`]. It stays the same
+    /// texture for the life of the runtime.
+    pub fn lightmap_view(&self) -> &wgpu::TextureView {
+        &self.buffers.lightmap_view
+    }
+
+    /// The light sources of the next frame.
+    pub fn lighting(&self) -> &Lighting {
+        &self.state.lighting
+    }
+
+    /// Changes the light sources. Shadow maps are drawn again only if an analytic light changed.
+    ///
+    /// # Errors
+    /// If the device cannot hold the shadow maps of so many lights; then the lighting stays as it was.
+    pub fn set_lighting(&mut self, lighting: Lighting) -> Result<(), GpuError> {
+        self.shadow_maps.set_lights(&self.device, &self.queue, &self.geometry, &lighting.lights)?;
+        self.state.set_lighting(lighting);
+        Ok(())
+    }
+
+    /// A material's present colours.
+    pub fn surface_colors(&self, material: usize) -> Option<SurfaceColors> {
+        self.state.colors.get(material).copied()
+    }
+
+    /// Changes the base colour factor of a material (linear RGB; its texture stays).
+    ///
+    /// # Errors
+    /// If there is no such material, or a channel is negative or not finite.
+    pub fn set_base_color(&mut self, material: usize, base_color: Vec3) -> Result<(), GpuError> {
+        Ok(self.state.set_base_color(material, base_color)?)
+    }
+
+    /// Changes the radiance that the front faces of a material emit (W·m⁻²·sr⁻¹; its texture stays).
+    ///
+    /// # Errors
+    /// If there is no such material, or a channel is negative or not finite.
+    pub fn set_emission(&mut self, material: usize, radiance: Vec3) -> Result<(), GpuError> {
+        Ok(self.state.set_emission(material, radiance)?)
+    }
+
+    /// Encodes one frame, which adds one bounce to the lightmap. Changes reach the GPU with the next submission
+    /// to the queue, so submit before the next change.
+    pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        for stage in Stage::ALL {
+            self.encode_stage(stage, encoder, None);
+        }
+    }
+
+    /// Encodes one frame and measures its stages.
+    pub fn encode_timed(&mut self, encoder: &mut wgpu::CommandEncoder, timestamps: &FrameTimestamps) {
+        for stage in Stage::ALL {
+            self.encode_stage(stage, encoder, Some(timestamps));
+        }
+        timestamps.resolve(encoder);
+    }
+
+    /// Draws the shadow maps if a light changed. The first stage does so by itself; whoever measures it may want to
+    /// draw them before.
+    pub fn encode_shadow_maps(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        self.shadow_maps.encode(encoder, &self.geometry);
+    }
+
+    /// Encodes one stage. A frame is all of them, in order.
+    pub fn encode_stage(
+        &mut self,
+        stage: Stage,
+        encoder: &mut wgpu::CommandEncoder,
+        timestamps: Option<&FrameTimestamps>,
+    ) {
+        let stale = match stage {
+            Stage::LightSurfels => self.upload_changes(encoder),
+            _ => Changes::default(),
+        };
+        let pass = &mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(stage.name()),
+            timestamp_writes: timestamps.map(|timestamps| timestamps.writes(stage)),
+        });
+        let stages = &self.stages;
+        match stage {
+            Stage::LightSurfels => {
+                if stale.direct {
+                    stages.light_surfels.light_samples(pass, self.shadow_maps.bind_group());
+                }
+                if stale.shading {
+                    stages.light_surfels.shade(pass);
+                }
+                stages.light_surfels.light_surfels(pass);
+            }
+            Stage::RelightProbes => stages.relight_probes.relight_probes(pass),
+            Stage::ProjectClusters => stages.project_clusters.project_clusters(pass),
+            Stage::GatherReceivers => stages.gather_receivers.gather_receivers(pass),
+            Stage::DilateLightmap => stages.dilate_lightmap.dilate_lightmap(pass),
+            Stage::ReduceLightmap => {
+                if let Some(stage) = &stages.reduce_lightmap {
+                    stage.reduce_lightmap(pass);
+                }
+            }
+        }
+    }
+
+    fn new_encoder(&self) -> wgpu::CommandEncoder {
+        self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
+    }
+
+    /// Uploads what changed and draws shadow maps; returns what the first stage must renew.
+    fn upload_changes(&mut self, encoder: &mut wgpu::CommandEncoder) -> Changes {
+        let stale = self.state.take_stale();
+        let (queue, baked, buffers, state) = (&self.queue, &*self.baked, &self.buffers, &self.state);
+        if stale.shading {
+            self.stages.light_surfels.set_colors(queue, baked, buffers, &state.lighting, &state.colors);
+        }
+        if stale.sky {
+            self.stages.light_surfels.set_sky(queue, baked, buffers, &state.lighting.sky);
+            self.stages.relight_probes.set_sky(queue, baked, &state.lighting.sky);
+        }
+        self.encode_shadow_maps(encoder);
+        Changes { direct: stale.direct, shading: stale.direct || stale.shading }
+    }
+
+    /// Forgets all bounced light: the next frame starts from darkness. The lightmap keeps what it shows until then.
+    pub fn reset(&mut self) {
+        let mut encoder = self.new_encoder();
+        encoder.clear_buffer(&self.buffers.irradiance, 0, None);
+        self.queue.submit([encoder.finish()]);
+    }
+
+    /// Computes frames until the relative change of the receivers' irradiance is at most `tolerance`, at most
+    /// `max_steps`. It reads the irradiance back after each frame: for still pictures, not for real time.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    pub fn converge(&mut self, tolerance: f64, max_steps: usize) -> Result<Convergence, GpuError> {
+        let mut previous = self.read_irradiance()?;
+        let mut convergence = Convergence { steps: 0, change: f64::INFINITY };
+        while convergence.steps < max_steps && convergence.change > tolerance {
+            let mut encoder = self.new_encoder();
+            self.encode(&mut encoder);
+            self.queue.submit([encoder.finish()]);
+            let now = self.read_irradiance()?;
+            convergence.steps += 1;
+            convergence.change = relative_change(&previous, &now);
+            previous = now;
+        }
+        Ok(convergence)
+    }
+}
+
+/// What the first stage must renew.
+#[derive(Clone, Copy, Debug, Default)]
+struct Changes {
+    direct: bool,
+    shading: bool,
+}

@@ -1,0 +1,69 @@
+//! The stages of a frame on the GPU, and what they need.
+//!
+//! ```text
+//!  lights ─► shadow_maps ─► light_surfels ─► relight_probes ─► project_clusters ─► gather_receivers
+//!                              ▲   │ signals        λ             ▲      b                │ E
+//!                              │   └──────────────────────────────┘                       │
+//!                              └──────────────────────────────────────────────────────────┤
+//!                                             lightmap ◄─ reduce_lightmap ◄─ dilate_lightmap
+//! ```
+//!
+//! A [`GpuRuntime`] is the twin of [`Runtime`](crate::Runtime): the same stages under the same names, their shaders in
+//! `src/shaders`. Each stage can run by itself ([`GpuRuntime::encode_stage`]), which is how tests compare it with the CPU's.
+//!
+//! | module | job |
+//! | --- | --- |
+//! | [`device`] | finds a GPU and opens it; errors |
+//! | [`gpu_runtime`] | the runtime |
+//! | [`frame_buffers`] | what the stages hand to each other |
+//! | `exchange` | reading it, and replacing it in tests |
+//! | `light_surfels` … `reduce_lightmap` | a stage each |
+//! | `surfel_shards`, `surfel_groups`, `cluster_shards` | the baked scene, arranged for the shaders |
+//! | [`stage_shaders`], `kernel`, `storage` | shaders, what they are bound to, buffers |
+//! | [`timestamps`], [`benchmark`] | how long stages take, and what the memory allows |
+//! | [`scene_geometry`] | the scene's triangles, for shadows and renderers |
+//! | [`shadow_views`] | what each light sees the scene through; light records |
+//! | [`shadow_maps`] | draws depth from the lights; visibility for any shader |
+//! | [`shaders`] | sources to build shaders from |
+//! | [`readback`] | copies to the CPU, for pictures and tests |
+
+pub mod benchmark;
+mod cluster_shards;
+pub mod device;
+mod dilate_lightmap;
+mod exchange;
+pub mod frame_buffers;
+mod gather_receivers;
+pub mod gpu_runtime;
+mod kernel;
+mod light_surfels;
+mod project_clusters;
+pub mod readback;
+mod reduce_lightmap;
+mod relight_probes;
+pub mod scene_geometry;
+#[cfg(test)]
+mod shader_tests;
+pub mod shaders;
+pub mod shadow_maps;
+#[cfg(test)]
+mod shadow_shader_tests;
+pub mod shadow_views;
+pub mod stage;
+pub mod stage_shaders;
+mod storage;
+mod surfel_groups;
+mod surfel_shards;
+pub mod timestamps;
+#[cfg(test)]
+#[path = "../../tests/support/wgsl_layout.rs"]
+mod wgsl_layout;
+
+pub use benchmark::copy_bandwidth;
+pub use device::{GpuDevice, GpuError, adapter_names};
+pub use frame_buffers::FrameBuffers;
+pub use gpu_runtime::{GpuOptions, GpuRuntime};
+pub use scene_geometry::{MaterialPart, SceneGeometry};
+pub use shadow_maps::{ShadowMapOptions, ShadowMaps};
+pub use stage::{Stage, StageTimings};
+pub use timestamps::FrameTimestamps;

@@ -1,0 +1,73 @@
+//! Stage 2: the probes' coefficients. The twin of [`cpu::relight_probes`](crate::cpu::relight_probes).
+
+use probelight_asset::BakedScene;
+use probelight_scene::Sky;
+
+use super::device::GpuError;
+use super::frame_buffers::{FrameBuffers, RGB_BYTES};
+use super::kernel::{Kernel, whole};
+use super::stage_shaders::RELIGHT_PROBES;
+use super::storage::Storage;
+use crate::cpu::relight_probes::weighted_basis;
+
+/// Probes of a workgroup: `PROBES` in its shader.
+pub(super) const PROBES: usize = 4;
+
+/// Quads of coefficients of a workgroup: `PANEL` in its shader.
+pub(super) const PANEL: usize = 16;
+
+/// Projects the radiance around probes to spherical harmonics.
+#[derive(Debug)]
+pub(super) struct RelightProbes {
+    kernel: Kernel,
+    group: wgpu::BindGroup,
+    sky: wgpu::Buffer,
+    workgroups: usize,
+}
+
+impl RelightProbes {
+    pub(super) fn new(
+        storage: &Storage,
+        baked: &BakedScene,
+        buffers: &FrameBuffers,
+    ) -> Result<Self, GpuError> {
+        let kernel = Kernel::new(storage.device, &RELIGHT_PROBES, None);
+        let surfels = storage.array("surfels of relight rays", &baked.relight_surfels)?;
+        let sky =
+            storage.zeros("sky along relight rays", RGB_BYTES * baked.relight_directions.len() as u64)?;
+        let basis = storage.array("weighted basis", &weighted_basis_in_quads(baked))?;
+        let resources = whole(&[&buffers.shape, &surfels, &sky, &basis, &buffers.signals]);
+        let group = kernel.bind(storage.device, 0, &resources);
+        let has_rays = usize::from(!baked.relight_directions.is_empty());
+        let workgroups =
+            has_rays * baked.probes.len().div_ceil(PROBES) * baked.coefficients().div_ceil(4 * PANEL);
+        Ok(Self { kernel, group, sky, workgroups })
+    }
+
+    /// Uploads the sky along the relight rays, unless it has signals of its own.
+    pub(super) fn set_sky(&self, queue: &wgpu::Queue, baked: &BakedScene, sky: &Sky) {
+        if baked.settings.sky_degree.is_none() {
+            let radiance: Vec<[f32; 3]> = baked
+                .relight_directions
+                .iter()
+                .map(|direction| sky.radiance(*direction).to_array())
+                .collect();
+            queue.write_buffer(&self.sky, 0, bytemuck::cast_slice(&radiance));
+        }
+    }
+
+    pub(super) fn relight_probes(&self, pass: &mut wgpu::ComputePass) {
+        self.kernel.run(pass, &[&self.group], self.workgroups);
+    }
+}
+
+/// The table that all probes share, with zeros that fill each direction's last quad.
+fn weighted_basis_in_quads(baked: &BakedScene) -> Vec<f32> {
+    let coefficients = baked.coefficients();
+    let padding = vec![0.0; coefficients.next_multiple_of(4) - coefficients];
+    weighted_basis(baked)
+        .chunks_exact(coefficients)
+        .flat_map(|row| row.iter().chain(&padding))
+        .copied()
+        .collect()
+}

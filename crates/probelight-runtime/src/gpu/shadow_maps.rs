@@ -1,0 +1,366 @@
+//! Shadow maps: which surfaces the analytic lights see.
+//!
+//! One depth texture holds all views of all lights as its layers, see `shadow_views.rs`. Shaders get
+//! it, and the lights themselves, as bind group 0 and call `light_visibility` of `shadow_maps.wgsl`. Maps are only drawn
+//! again when lights change.
+
+use bytemuck::Zeroable;
+use probelight_scene::Light;
+
+use super::device::{GpuError, checked};
+use super::scene_geometry::{AlphaMasks, SceneGeometry};
+use super::shaders;
+use super::shadow_views::{LightsRecord, MAX_SHADOW_VIEWS, ShadowViewRecord, light_records, view_count};
+
+/// How fine shadow maps are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShadowMapOptions {
+    /// Width and height of a view, texels; at least 64. A directional light has 2 × 2 views.
+    pub resolution: u32,
+    /// Most memory for all views, bytes. With more views the resolution is halved until they fit, but not
+    /// below 64.
+    pub memory: u64,
+}
+
+impl Default for ShadowMapOptions {
+    /// 2048 texels: a centimetre for a sun over forty metres. 512 MiB hold 32 such views.
+    fn default() -> Self {
+        Self { resolution: 2048, memory: 512 << 20 }
+    }
+}
+
+const SMALLEST_RESOLUTION: u32 = 64;
+
+/// WebGPU's limit for the width of a texture.
+const LARGEST_RESOLUTION: u32 = 8192;
+
+impl ShadowMapOptions {
+    /// The width of each of `views` views, texels.
+    fn resolution_of(&self, views: usize) -> u32 {
+        let mut resolution = self.resolution.clamp(SMALLEST_RESOLUTION, LARGEST_RESOLUTION);
+        let bytes = |resolution: u32| 4 * u64::from(resolution).pow(2) * views as u64;
+        while bytes(resolution) > self.memory && resolution / 2 >= SMALLEST_RESOLUTION {
+            resolution /= 2;
+        }
+        resolution
+    }
+}
+
+/// Lights and their shadow maps in the memory of a GPU.
+#[derive(Debug)]
+pub struct ShadowMaps {
+    options: ShadowMapOptions,
+    lights: Vec<Light>,
+    is_stale: bool,
+    light_buffer: wgpu::Buffer,
+    view_buffer: wgpu::Buffer,
+    layout: wgpu::BindGroupLayout,
+    caster: Caster,
+    maps: Maps,
+}
+
+/// What depends on the number of views.
+#[derive(Debug)]
+struct Maps {
+    texture: wgpu::Texture,
+    layers: Vec<wgpu::TextureView>,
+    bind_group: wgpu::BindGroup,
+}
+
+/// The pipelines that draw depth.
+#[derive(Debug)]
+struct Caster {
+    opaque: wgpu::RenderPipeline,
+    masked: wgpu::RenderPipeline,
+    views: wgpu::BindGroup,
+}
+
+const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+impl ShadowMaps {
+    /// Maps for the given geometry, without lights.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
+    pub fn new(
+        device: &wgpu::Device,
+        geometry: &SceneGeometry,
+        options: ShadowMapOptions,
+    ) -> Result<Self, GpuError> {
+        checked(device, "shadow maps", || {
+            let light_buffer = uniform_buffer(device, "lights", size_of::<LightsRecord>());
+            let views_size = size_of::<ShadowViewRecord>() * MAX_SHADOW_VIEWS;
+            let view_buffer = uniform_buffer(device, "shadow views", views_size);
+            let layout = lights_layout(device);
+            let maps = Maps::new(device, &layout, [&light_buffer, &view_buffer], 64, 0);
+            let caster = Caster::new(device, geometry, &view_buffer);
+            let lights = Vec::new();
+            Self { options, lights, is_stale: true, light_buffer, view_buffer, layout, caster, maps }
+        })
+    }
+
+    /// The lights whose maps these are.
+    pub fn lights(&self) -> &[Light] {
+        &self.lights
+    }
+
+    /// Layout of [`bind_group`](Self::bind_group): group 0 of shaders that begin with
+    /// [`shaders::LIGHTS`] and [`shaders::SHADOW_MAPS`].
+    pub fn bind_group_layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layout
+    }
+
+    /// Lights and maps for shaders. Another one after [`set_lights`](Self::set_lights).
+    pub fn bind_group(&self) -> &wgpu::BindGroup {
+        &self.maps.bind_group
+    }
+
+    /// Changes the lights. Nothing happens if they are the same.
+    ///
+    /// # Errors
+    /// [`GpuError::TooManyLights`], [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
+    pub fn set_lights(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        geometry: &SceneGeometry,
+        lights: &[Light],
+    ) -> Result<(), GpuError> {
+        if lights == self.lights {
+            return Ok(());
+        }
+        let needed = view_count(lights);
+        if needed > MAX_SHADOW_VIEWS {
+            return Err(GpuError::TooManyLights { lights: lights.len(), needed, limit: MAX_SHADOW_VIEWS });
+        }
+        let resolution = self.options.resolution_of(needed);
+        if needed != self.maps.layers.len() || resolution != self.maps.texture.width() {
+            let buffers = [&self.light_buffer, &self.view_buffer];
+            self.maps = checked(device, "shadow maps", || {
+                Maps::new(device, &self.layout, buffers, resolution, needed)
+            })?;
+        }
+        let (records, views) = light_records(lights, &geometry.bounds, resolution);
+        let mut record = LightsRecord { count: records.len() as u32, ..LightsRecord::zeroed() };
+        record.list[..records.len()].copy_from_slice(&records);
+        queue.write_buffer(&self.light_buffer, 0, bytemuck::bytes_of(&record));
+        queue.write_buffer(&self.view_buffer, 0, bytemuck::cast_slice(&views));
+        self.lights = lights.to_vec();
+        self.is_stale = true;
+        Ok(())
+    }
+
+    /// Draws the maps if lights changed since they were drawn last.
+    pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, geometry: &SceneGeometry) {
+        if !std::mem::replace(&mut self.is_stale, false) {
+            return;
+        }
+        for (view, layer) in self.maps.layers.iter().enumerate() {
+            self.caster.draw(encoder, geometry, layer, view as u32);
+        }
+    }
+}
+
+impl Maps {
+    fn new(
+        device: &wgpu::Device,
+        layout: &wgpu::BindGroupLayout,
+        [lights, views]: [&wgpu::Buffer; 2],
+        resolution: u32,
+        layers: usize,
+    ) -> Self {
+        // A texture has at least one layer, and an array at least two on some backends' word.
+        let depth_or_array_layers = layers.max(2) as u32;
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("shadow maps"),
+            size: wgpu::Extent3d { width: resolution, height: resolution, depth_or_array_layers },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: DEPTH_FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let all = texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..wgpu::TextureViewDescriptor::default()
+        });
+        let layer = |layer: u32| {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: layer,
+                array_layer_count: Some(1),
+                ..wgpu::TextureViewDescriptor::default()
+            })
+        };
+        let resources =
+            [lights.as_entire_binding(), views.as_entire_binding(), wgpu::BindingResource::TextureView(&all)];
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("lights"),
+            layout,
+            entries: &entries,
+        });
+        Self { layers: (0..layers as u32).map(layer).collect(), bind_group, texture }
+    }
+}
+
+impl Caster {
+    fn new(device: &wgpu::Device, geometry: &SceneGeometry, view_buffer: &wgpu::Buffer) -> Self {
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("shadow views"),
+            entries: &[uniform_entry(1, wgpu::ShaderStages::VERTEX)],
+        });
+        let views = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("shadow views"),
+            layout: &layout,
+            entries: &[wgpu::BindGroupEntry { binding: 1, resource: view_buffer.as_entire_binding() }],
+        });
+        let module = shaders::module(device, "cast_shadows", &shaders::cast_shadows());
+        Self {
+            opaque: cast_pipeline(device, &module, &[&layout], false),
+            masked: cast_pipeline(device, &module, &[&layout, &geometry.masks.layout], true),
+            views,
+        }
+    }
+
+    /// Draws one view's depth.
+    fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        geometry: &SceneGeometry,
+        layer: &wgpu::TextureView,
+        view: u32,
+    ) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shadow map"),
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: layer,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0.0),
+                    store: wgpu::StoreOp::Store,
+                }),
+                stencil_ops: None,
+            }),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_pipeline(&self.opaque);
+        pass.set_bind_group(0, &self.views, &[]);
+        pass.set_vertex_buffer(0, geometry.positions.slice(..));
+        if !geometry.opaque.is_empty() {
+            pass.draw(geometry.opaque.clone(), view..view + 1);
+        }
+        if geometry.masks.parts.is_empty() {
+            return;
+        }
+        let first_masked = geometry.opaque.end;
+        pass.set_pipeline(&self.masked);
+        pass.set_vertex_buffer(0, geometry.positions.slice(u64::from(first_masked) * 12..));
+        pass.set_vertex_buffer(1, geometry.masks.uvs.slice(..));
+        for (vertices, mask) in &geometry.masks.parts {
+            pass.set_bind_group(1, mask, &[]);
+            pass.draw(vertices.start - first_masked..vertices.end - first_masked, view..view + 1);
+        }
+    }
+}
+
+fn cast_pipeline(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    layouts: &[&wgpu::BindGroupLayout],
+    is_masked: bool,
+) -> wgpu::RenderPipeline {
+    let layouts: Vec<_> = layouts.iter().map(|layout| Some(*layout)).collect();
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("cast shadows"),
+        bind_group_layouts: &layouts,
+        ..wgpu::PipelineLayoutDescriptor::default()
+    });
+    let buffers = [SceneGeometry::POSITION_LAYOUT, AlphaMasks::UV_LAYOUT];
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("cast shadows"),
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some(if is_masked { "cast_masked" } else { "cast_opaque" }),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: if is_masked { &buffers } else { &buffers[..1] },
+        },
+        // Both sides cast: walls may be single sheets.
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: is_masked.then_some(wgpu::FragmentState {
+            module,
+            entry_point: Some("cut_holes"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+fn lights_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let stages = wgpu::ShaderStages::FRAGMENT | wgpu::ShaderStages::COMPUTE;
+    let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: stages, ty, count: None };
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("lights"),
+        entries: &[
+            uniform_entry(0, stages),
+            uniform_entry(1, stages),
+            entry(
+                2,
+                wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Depth,
+                    view_dimension: wgpu::TextureViewDimension::D2Array,
+                    multisampled: false,
+                },
+            ),
+        ],
+    })
+}
+
+fn uniform_entry(binding: u32, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    }
+}
+
+fn uniform_buffer(device: &wgpu::Device, label: &str, size: usize) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: size as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_views_share_the_memory() {
+        let options = ShadowMapOptions { resolution: 2048, memory: 512 << 20 };
+        assert_eq!([1, 32, 33, 256].map(|views| options.resolution_of(views)), [2048, 2048, 1024, 512]);
+        let tiny = ShadowMapOptions { resolution: 1, memory: 0 };
+        assert_eq!(tiny.resolution_of(256), 64);
+    }
+}

@@ -1,0 +1,43 @@
+// Where a cluster's parts lie in the buffers of its shard.
+
+struct ClusterRecord {
+    /// Among all receivers.
+    first_receiver: u32,
+    /// In the shard's `receiver_texels`.
+    first_texel: u32,
+    receiver_count: u32,
+    /// In `column_signals`.
+    first_column: u32,
+    column_count: u32,
+    /// Singular values stored as half floats, as eight bits, as four bits, in this order.
+    rank_f16: u32,
+    rank_snorm8: u32,
+    rank_snorm4: u32,
+    /// First word of U.
+    receiver_basis_offset: u32,
+    /// First word of ΣVᵀ.
+    signal_basis_offset: u32,
+    /// In `row_scales` and in the coefficients.
+    first_row: u32,
+    /// First word of the columns' exponents, four to a word.
+    exponent_offset: u32,
+}
+
+fn rank(cluster: ClusterRecord) -> u32 {
+    return cluster.rank_f16 + cluster.rank_snorm8 + cluster.rank_snorm4;
+}
+
+/// Encoding of the singular value number `row`.
+fn row_encoding(cluster: ClusterRecord, row: u32) -> u32 {
+    return select(select(SNORM4, SNORM8, row < cluster.rank_f16 + cluster.rank_snorm8), F16, row < cluster.rank_f16);
+}
+
+/// Where the line of the singular value number `row` starts in a matrix with lines of `count` values, words.
+fn line_start(cluster: ClusterRecord, row: u32, count: u32) -> u32 {
+    let f16_rows = min(row, cluster.rank_f16);
+    let snorm8_rows = min(row - f16_rows, cluster.rank_snorm8);
+    let snorm4_rows = row - f16_rows - snorm8_rows;
+    return f16_rows * line_words(F16, count)
+        + snorm8_rows * line_words(SNORM8, count)
+        + snorm4_rows * line_words(SNORM4, count);
+}

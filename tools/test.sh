@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# All tests. Those of the GPU need a Vulkan driver: where there is none, Mesa's driver in software is installed first,
+# if this is a Debian-like Linux and we may. Without one they say that they are skipped; with CI=true they fail.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+has_vulkan_driver() {
+    [[ -n ${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-} ]] ||
+        compgen -G '/usr/share/vulkan/icd.d/*.json' >/dev/null ||
+        compgen -G '/etc/vulkan/icd.d/*.json' >/dev/null
+}
+
+if [[ $(uname) == Linux ]] && ! has_vulkan_driver; then
+    as_root=()
+    ((EUID == 0)) || as_root=(sudo --non-interactive)
+    if ! command -v apt-get >/dev/null; then
+        echo 'No Vulkan driver: tests of the GPU are skipped. Install your system'\''s Mesa Vulkan drivers to run them.' >&2
+    else
+        echo 'No Vulkan driver: installing mesa-vulkan-drivers, which runs the tests of the GPU in software.' >&2
+        { "${as_root[@]}" apt-get update -q && "${as_root[@]}" apt-get install -y -q mesa-vulkan-drivers; } >&2 ||
+            echo 'It could not be installed: tests of the GPU are skipped.' >&2
+    fi
+fi
+
+# Vulkan drivers complain without a folder of their own.
+if [[ -z ${XDG_RUNTIME_DIR:-} ]]; then
+    XDG_RUNTIME_DIR=$(mktemp -d)
+    export XDG_RUNTIME_DIR
+    trap 'rm -rf "$XDG_RUNTIME_DIR"' EXIT
+fi
+
+cargo test --release --workspace "$@"
