@@ -93,7 +93,7 @@ impl ScalarSignals<'_> {
 }
 
 /// Where probes begin to take over from patches and where they have, as shares of the near radius.
-const HANDOVER_START: f32 = 0.25;
+const HANDOVER_START: f32 = 0.75;
 const HANDOVER_END: f32 = 1.25;
 
 /// What is needed to judge where a receiver's light comes from.
