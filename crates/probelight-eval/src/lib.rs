@@ -1,12 +1,13 @@
 //! How far Probelight is from reference data.
 //!
 //! [`ReferencePoints`] reads path-traced irradiance at points of a scene; [`PointErrors`] compares predictions
-//! with it, row by row; [`write_predictions`] keeps them. [`relative_mse`], [`ssim`] and [`flip`] compare
-//! images.
+//! with it, row by row; [`write_predictions`] keeps them. [`BorderJumps`] measures seams between clusters.
+//! [`relative_mse`], [`ssim`] and [`flip`] compare images.
 //!
 //! Predictions are an argument, so that anything that answers "what irradiance arrives here?" can be held
 //! against the same reference.
 
+mod border_jumps;
 mod error;
 mod flip;
 mod image_metrics;
@@ -14,6 +15,7 @@ mod point_errors;
 mod predictions;
 mod reference_points;
 
+pub use border_jumps::BorderJumps;
 pub use error::EvalError;
 pub use flip::flip;
 pub use image_metrics::{ImageView, relative_mse, ssim};
