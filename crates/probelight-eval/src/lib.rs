@@ -1,7 +1,7 @@
 //! How far Probelight is from reference data.
 //!
 //! [`ReferencePoints`] reads path-traced irradiance at points of a scene; [`PointErrors`] compares predictions
-//! with it, row by row; [`write_predictions`] keeps them. [`BorderJumps`] measures seams between clusters.
+//! with it, row by row; [`write_predictions`] keeps them. [`BorderJumps`] measures the seams between clusters.
 //! [`relative_mse`], [`ssim`] and [`flip`] compare images.
 //!
 //! Predictions are an argument, so that anything that answers "what irradiance arrives here?" can be held

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use clap::Args;
 use probelight_asset::BakedScene;
-use probelight_eval::{PointErrors, PointKind, PointSelection, ReferencePoints, write_predictions};
+use probelight_eval::{
+    BorderJumps, PointErrors, PointKind, PointSelection, ReferencePoints, write_predictions,
+};
 use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::{GpuOptions, GpuRuntime};
 use probelight_runtime::{IrradianceLightmap, Runtime};
@@ -65,6 +67,8 @@ struct Report<'a> {
     bounces: usize,
     #[serde(flatten)]
     errors: PointErrors,
+    /// Seams between clusters; the reference has no part in them.
+    border_jumps: BorderJumps,
 }
 
 /// Compares a baked file with reference points.
@@ -94,6 +98,7 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
         free_space_points: reference.points.len() - surface_points,
         bounces,
         errors,
+        border_jumps: BorderJumps::measure(&baked, &lightmap.texels),
     };
     if flags.json { console::print_json(&report) } else { console::print(describe(&report)?.trim_end()) }
 }
@@ -140,7 +145,7 @@ fn predict(
 fn describe(report: &Report) -> Result<String, std::fmt::Error> {
     let errors = &report.errors;
     let mut text = String::new();
-    let mut line = |name: &str, value: String| writeln!(text, "{name:<24}{value}");
+    let mut line = |name: &str, value: String| writeln!(text, "{name:<26}{value}");
     let percent = |share: Option<f64>| share.map_or("undefined".into(), |s| format!("{:.2} %", s * 100.0));
     line(
         "compared",
@@ -166,5 +171,11 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
         "largest irradiance",
         format!("{:.4} W/m², reference {:.4}", errors.max_prediction, errors.max_reference),
     )?;
+    let jumps = &report.border_jumps;
+    let both = |border: Option<f32>, inside: Option<f32>| {
+        format!("{} (inside clusters {})", percent(border.map(f64::from)), percent(inside.map(f64::from)))
+    };
+    line("jumps at cluster borders", both(jumps.median, jumps.median_inside))?;
+    line("99th percentile", both(jumps.p99, jumps.p99_inside))?;
     Ok(text)
 }
