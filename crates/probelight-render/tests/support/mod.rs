@@ -11,7 +11,7 @@ use probelight_render::gpu::{GpuRenderer, LitScene, PictureTarget, UploadedLight
 use probelight_render::{Image, RenderOptions, RenderOutput, View, render};
 use probelight_runtime::Runtime;
 use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, ShadowMapOptions};
-use probelight_scene::{Camera, Light, Lighting, Scene, Sky, load_gltf};
+use probelight_scene::{Camera, Light, Lighting, Material, Scene, Sky, load_gltf};
 use probelight_trace::Silent;
 
 /// A scene, its light, and where it is looked at from.
@@ -52,6 +52,13 @@ pub(crate) fn lit_scene(name: &str) -> LitExample {
 pub(crate) fn baked_cornell() -> LitExample {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell.plight");
     lit(BakedScene::read(&path).unwrap(), "cornell")
+}
+
+/// The same with all of it made of one material.
+pub(crate) fn baked_cornell_of(material: &Material) -> LitExample {
+    let mut baked = BakedScene::clone(baked_cornell().runtime.baked());
+    baked.scene.materials.fill(material.clone());
+    lit(baked, "cornell")
 }
 
 fn lit(baked: BakedScene, name: &str) -> LitExample {
