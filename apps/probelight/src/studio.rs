@@ -94,7 +94,23 @@ pub(crate) struct PictureOptions {
 impl PictureOptions {
     /// Whether only a GPU can make the picture.
     pub(crate) fn needs_gpu(&self) -> bool {
-        self.view.on_cpu().is_none() || self.shading == ShadingFlag::Physical
+        self.on_cpu().is_err()
+    }
+
+    /// What the CPU calls it.
+    fn on_cpu(&self) -> anyhow::Result<RenderOutput> {
+        self.view.on_cpu().filter(|_| self.shading == ShadingFlag::Diffuse).context(
+            "the CPU can show only diffuse surfaces, full, direct or indirect light, and irradiance: \
+             use --backend gpu (a driver in software will do)",
+        )
+    }
+
+    /// Whether the backend can make the picture; else what to do.
+    pub(crate) fn check(&self, backend: &Backend) -> anyhow::Result<()> {
+        match backend {
+            Backend::Cpu => self.on_cpu().map(|_| ()),
+            Backend::Gpu(_) => Ok(()),
+        }
     }
 }
 
@@ -143,10 +159,7 @@ impl Studio {
     ) -> anyhow::Result<Image> {
         match self {
             Self::Cpu(runtime) => {
-                let output = options.view.on_cpu().filter(|_| !options.needs_gpu()).context(
-                    "the CPU can show only diffuse surfaces, full, direct or indirect light, and irradiance: \
-                     use --backend gpu (a driver in software will do)",
-                )?;
+                let output = options.on_cpu()?;
                 let PictureOptions { samples, filter, .. } = *options;
                 let options = RenderOptions { output, samples, filter };
                 Ok(render(View::of(runtime), camera, &options, console)?)

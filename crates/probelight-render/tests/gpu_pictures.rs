@@ -13,7 +13,7 @@ use probelight_render::gpu::{GpuView, PictureTarget, Presenter, Shading, ViewOpt
 use probelight_render::{DisplayImage, Exposure, Image, RenderOutput, ToneMap};
 use probelight_runtime::gpu::GpuDevice;
 use probelight_runtime::gpu::readback::read_texture;
-use support::{GpuPictures, baked_cornell, cpu_picture, lit_scene};
+use support::{GpuPictures, baked_cornell, cpu_picture, lit_scene, picture_lit_on_gpu};
 
 /// Mean FLIP difference of two pictures, both shown with the exposure that suits the second.
 fn shown_difference(image: &Image, reference: &Image) -> f64 {
@@ -47,6 +47,10 @@ fn compare_with_cpu(name: &str) {
         let found = shown_difference(&by_gpu, &cpu_picture(&lit, output));
         assert!(found <= most, "{name}, {view:?}: {found}");
     }
+    let options = ViewOptions { view: GpuView::Indirect, shading: Shading::Diffuse };
+    let lit_on_gpu = picture_lit_on_gpu(gpu, &lit, options);
+    let found = shown_difference(&lit_on_gpu, &cpu_picture(&lit, RenderOutput::Indirect));
+    assert!(found <= MOST_INDIRECT_DIFFERENCE, "{name}, lit on the GPU: {found}");
 }
 
 #[test]

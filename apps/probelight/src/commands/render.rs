@@ -133,6 +133,7 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
         input::choose_camera(&probelight_scene::Setup::load(path)?, flags.camera.as_deref(), flags.size)?;
     }
     let backend = flags.backend.open_for(options.needs_gpu(), console)?;
+    options.check(&backend)?;
     let computed_on = backend.describe();
     let baked = input::load_or_bake(&flags.file, console)?;
     let setup = input::load_setup(flags.setup.as_deref(), &baked.scene)?;

@@ -64,8 +64,9 @@ impl Markers {
             })
         };
         let records: Vec<_> = surfels.flat_map(of_surfel).collect();
-        // An eighth of a surfel's width: a few samples of one surfel stay apart.
-        let radius = baked.settings.surfel_size / 8.0;
+        // About half of the distance between a surfel's samples, so that they stay apart.
+        let samples_per_surfel = records.len() as f32 / baked.surfels.len().max(1) as f32;
+        let radius = 0.25 * baked.settings.surfel_size / samples_per_surfel.max(1.0).sqrt();
         Self::new(device, "light samples", records, SLICES * 3, radius)
     }
 

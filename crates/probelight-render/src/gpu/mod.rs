@@ -9,7 +9,7 @@
 //! | [`uploaded_light`] | [`UploadedLight`]: light that the CPU's runtime computed |
 //! | `surface_attributes`, `materials`, `material_textures`, `markers`, `cluster_colors` | what is drawn |
 //! | `frame_record` | camera, sky and view as shaders read them |
-//! | `shaders` | WGSL sources |
+//! | `pipelines`, `shaders` | how it is drawn; WGSL sources |
 //!
 //! Depth is near / distance: 1 at the eye, 0 infinitely far away, which is where floats are most precise.
 
@@ -20,6 +20,7 @@ mod markers;
 mod material_textures;
 mod materials;
 pub mod picture_target;
+mod pipelines;
 pub mod presenter;
 #[cfg(test)]
 mod shader_tests;

@@ -7,11 +7,11 @@ use std::sync::Arc;
 use probelight_asset::{BakedScene, Method};
 use probelight_bake::{BakeOptions, bake};
 use probelight_math::glam::{Vec3, vec3};
-use probelight_render::gpu::{GpuRenderer, PictureTarget, UploadedLight, ViewOptions};
+use probelight_render::gpu::{GpuRenderer, LitScene, PictureTarget, UploadedLight, ViewOptions};
 use probelight_render::{Image, RenderOptions, RenderOutput, View, render};
 use probelight_runtime::Runtime;
-use probelight_runtime::gpu::{GpuDevice, ShadowMapOptions};
-use probelight_scene::{Camera, Light, Lighting, Scene, Sky, load_gltf};
+use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, ShadowMapOptions};
+use probelight_scene::{Camera, Light, Lighting, Material, Scene, Sky, load_gltf};
 use probelight_trace::Silent;
 
 /// A scene, its light, and where it is looked at from.
@@ -27,14 +27,18 @@ pub(crate) fn lit_scene(name: &str) -> LitExample {
     if name == "atrium" {
         keep_near_the_camera(&mut scene);
     }
-    let options = BakeOptions {
-        method: Some(Method::Paper),
-        receivers: Some(3_000),
-        gather_rays: Some(64),
-        relight_rays: Some(64),
-        sh_degree: Some(3),
-        max_rank: Some(8),
-        ..BakeOptions::default()
+    let options = match name {
+        // Its patches of sun are small: it needs more samples, which the hybrid method has.
+        "rooms" => BakeOptions { receivers: Some(20_000), gather_rays: Some(16), ..BakeOptions::default() },
+        _ => BakeOptions {
+            method: Some(Method::Paper),
+            receivers: Some(3_000),
+            gather_rays: Some(64),
+            relight_rays: Some(64),
+            sh_degree: Some(3),
+            max_rank: Some(8),
+            ..BakeOptions::default()
+        },
     };
     lit(bake(Arc::new(scene), &options, None, &Silent).unwrap(), name)
 }
@@ -48,6 +52,13 @@ pub(crate) fn lit_scene(name: &str) -> LitExample {
 pub(crate) fn baked_cornell() -> LitExample {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell.plight");
     lit(BakedScene::read(&path).unwrap(), "cornell")
+}
+
+/// The same with all of it made of one material.
+pub(crate) fn baked_cornell_of(material: &Material) -> LitExample {
+    let mut baked = BakedScene::clone(baked_cornell().runtime.baked());
+    baked.scene.materials.fill(material.clone());
+    lit(baked, "cornell")
 }
 
 fn lit(baked: BakedScene, name: &str) -> LitExample {
@@ -157,4 +168,16 @@ const SAMPLES: u32 = 64;
 pub(crate) fn cpu_picture(lit: &LitExample, output: RenderOutput) -> Image {
     let options = RenderOptions { output, samples: SAMPLES, ..RenderOptions::default() };
     render(View::of(&lit.runtime), &lit.camera, &options, &Silent).unwrap()
+}
+
+/// The same picture, lit by the GPU's own runtime.
+pub(crate) fn picture_lit_on_gpu(gpu: &GpuDevice, lit: &LitExample, options: ViewOptions) -> Image {
+    let GpuDevice { device, queue, .. } = gpu;
+    let baked = lit.runtime.baked();
+    let mut runtime = GpuRuntime::new(device, queue, baked.clone(), GpuOptions::default()).unwrap();
+    runtime.set_lighting(lit.runtime.lighting().clone()).unwrap();
+    runtime.converge(1e-3, 30).unwrap();
+    let (geometry, shadow_maps) = (runtime.geometry(), runtime.shadow_maps());
+    let mut renderer = GpuRenderer::new(device, queue, baked.clone(), geometry, shadow_maps).unwrap();
+    renderer.still(&LitScene::of(&runtime), &lit.camera, options, SAMPLES).unwrap()
 }

@@ -151,11 +151,15 @@ impl GpuDevice {
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|error| GpuError::NotOpened { adapter: info.name.clone(), reason: error.to_string() })?;
         let lost = Arc::new(OnceLock::new());
+        // Of several reasons the first counts.
         let note = Arc::clone(&lost);
-        device.set_device_lost_callback(move |_, reason| {
-            // Of several reasons the first counts.
-            let _ = note.set(reason);
-        });
+        device.set_device_lost_callback(move |_, reason| _ = note.set(reason));
+        let note = Arc::clone(&lost);
+        device.on_uncaptured_error(Arc::new(move |error| match error {
+            // Nothing that a user does leads here.
+            wgpu::Error::Validation { .. } => panic!("{error}"),
+            error => _ = note.set(error.to_string()),
+        }));
         Ok(Self { device, queue, info, instance: instance.clone(), adapter: adapter.clone(), lost })
     }
 
@@ -164,7 +168,7 @@ impl GpuDevice {
         self.info.device_type == DeviceType::Cpu
     }
 
-    /// Whether the GPU still works.
+    /// Whether the GPU still works: it was neither lost, nor out of memory in the middle of a frame.
     ///
     /// # Errors
     /// [`GpuError::Lost`] if not.

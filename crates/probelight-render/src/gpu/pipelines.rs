@@ -1,0 +1,177 @@
+//! The pipelines of a picture and what shaders bind.
+
+use probelight_runtime::gpu::SceneGeometry;
+
+use super::markers::Markers;
+use super::picture_target::{DEPTH_FORMAT, PICTURE_FORMAT, SAMPLES};
+use super::{shaders, surface_attributes};
+
+/// How each kind of thing is drawn.
+#[derive(Debug)]
+pub(super) struct Pipelines {
+    pub(super) surface: wgpu::RenderPipeline,
+    pub(super) masked_surface: wgpu::RenderPipeline,
+    pub(super) sky: wgpu::RenderPipeline,
+    pub(super) spheres: wgpu::RenderPipeline,
+    pub(super) discs: wgpu::RenderPipeline,
+    marker_layout: wgpu::BindGroupLayout,
+}
+
+impl Pipelines {
+    pub(super) fn new(device: &wgpu::Device, [lights, frame, material]: [&wgpu::BindGroupLayout; 3]) -> Self {
+        let marker_layout = marker_layout(device);
+        let surface = shaders::module(device, "surface", shaders::surface());
+        let sky = shaders::module(device, "sky", shaders::sky());
+        let markers = shaders::module(device, "markers", shaders::markers());
+        let attributes = [SceneGeometry::POSITION_LAYOUT, surface_attributes::LAYOUT];
+        let drawn = |module, entries, layouts: &[_]| Drawn {
+            module,
+            entries,
+            layouts: layouts.to_vec(),
+            attributes: &[],
+            has_depth: true,
+            is_masked: false,
+        };
+        let surface_layouts = [Some(lights), Some(frame), Some(material)];
+        let marker_layouts = [None, Some(frame), Some(&marker_layout)];
+        let surfaces = Drawn {
+            attributes: &attributes,
+            ..drawn(&surface, ["surface_vertex", "surface_color"], &surface_layouts)
+        };
+        Self {
+            masked_surface: Drawn {
+                is_masked: true,
+                entries: ["surface_vertex", "masked_surface_color"],
+                ..surfaces.clone()
+            }
+            .pipeline(device),
+            surface: surfaces.pipeline(device),
+            sky: Drawn { has_depth: false, ..drawn(&sky, ["sky_vertex", "sky_color"], &[None, Some(frame)]) }
+                .pipeline(device),
+            spheres: drawn(&markers, ["sphere_vertex", "sphere_color"], &marker_layouts).pipeline(device),
+            discs: drawn(&markers, ["disc_vertex", "disc_color"], &marker_layouts).pipeline(device),
+            marker_layout,
+        }
+    }
+
+    /// What the shaders of markers read.
+    pub(super) fn marker_group(
+        &self,
+        device: &wgpu::Device,
+        markers: &Markers,
+        signals: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        let resources = [markers.buffer.as_entire_binding(), signals.as_entire_binding()];
+        bind(device, "markers", &self.marker_layout, resources)
+    }
+}
+
+/// What the pipelines of a picture differ in.
+#[derive(Clone)]
+struct Drawn<'a> {
+    module: &'a wgpu::ShaderModule,
+    /// Names of the vertex and the fragment shader.
+    entries: [&'a str; 2],
+    layouts: Vec<Option<&'a wgpu::BindGroupLayout>>,
+    attributes: &'a [wgpu::VertexBufferLayout<'a>],
+    /// Whether it hides what is behind it.
+    has_depth: bool,
+    /// Whether alpha is the share of the pixel's samples that are covered.
+    is_masked: bool,
+}
+
+impl Drawn<'_> {
+    fn pipeline(&self, device: &wgpu::Device) -> wgpu::RenderPipeline {
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(self.entries[1]),
+            bind_group_layouts: &self.layouts,
+            ..wgpu::PipelineLayoutDescriptor::default()
+        });
+        let compare =
+            if self.has_depth { wgpu::CompareFunction::Greater } else { wgpu::CompareFunction::Always };
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(self.entries[1]),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: self.module,
+                entry_point: Some(self.entries[0]),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: self.attributes,
+            },
+            // Light meets both sides, so both are shown.
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH_FORMAT,
+                depth_write_enabled: Some(self.has_depth),
+                depth_compare: Some(compare),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState {
+                count: SAMPLES,
+                alpha_to_coverage_enabled: self.is_masked,
+                ..wgpu::MultisampleState::default()
+            },
+            fragment: Some(wgpu::FragmentState {
+                module: self.module,
+                entry_point: Some(self.entries[1]),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(PICTURE_FORMAT.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
+
+/// Binds resources to the bindings 0, 1, … of a group.
+pub(super) fn bind<'a>(
+    device: &wgpu::Device,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    resources: impl IntoIterator<Item = wgpu::BindingResource<'a>>,
+) -> wgpu::BindGroup {
+    let entries: Vec<_> =
+        (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
+}
+
+/// Layout of bind group 1: camera, sky, lightmap.
+pub(super) fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let types = [
+        buffer(wgpu::BufferBindingType::Uniform),
+        texture,
+        wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+        texture,
+        buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+    ];
+    layout(device, "frame", &types)
+}
+
+fn marker_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    layout(device, "markers", &[buffer(wgpu::BufferBindingType::Storage { read_only: true }); 2])
+}
+
+fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}
+
+/// A layout of bindings 0, 1, … for vertex and fragment shaders.
+fn layout(device: &wgpu::Device, label: &str, types: &[wgpu::BindingType]) -> wgpu::BindGroupLayout {
+    let entries: Vec<_> = (0..)
+        .zip(types)
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: *ty,
+            count: None,
+        })
+        .collect();
+    device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
+}
