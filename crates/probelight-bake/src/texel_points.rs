@@ -63,9 +63,9 @@ const LEAST_EXPOSURE: u32 = 4;
 const POINTS_PER_TEXEL: u32 = 8;
 
 impl TexelPoints {
-    /// Keeps only points that see the receiver's outlook or one of the probes nearest to it, and measures their
-    /// exposure over a texel's width. The others lie under furniture that stands on the texel. Where none sees a
-    /// probe, all stay.
+    /// Measures the exposure of all points over a texel's width, and keeps only those that can be seen: that see
+    /// the receiver's outlook or one of the probes nearest to it, and are not much less exposed than others of
+    /// the texel. The others lie under furniture that stands on the texel. Where none sees a probe, all stay.
     pub(crate) fn keep_those_in_sight(
         &mut self,
         tracer: &Tracer,
@@ -89,7 +89,7 @@ impl TexelPoints {
                 for (i, point) in (0..).zip(&mut points) {
                     point.exposure = exposure(tracer, point, texel_size, hash_pair(receiver.texel, i));
                 }
-                points
+                keep_exposed(points, |point| point.exposure)
             })
             .collect();
         let ends = kept.iter().scan(0, |end, points| {
