@@ -140,7 +140,11 @@ fn options_win_over_the_quality_and_the_quality_over_the_defaults() {
         ..BakeOptions::default()
     };
     let preview = settings(&preview);
-    assert_eq!(preview.gather_rays, Quality::Preview.preset().gather_rays);
+    assert_eq!(
+        preview.gather_rays,
+        4 * Quality::Preview.preset().gather_rays,
+        "few receivers, more rays each"
+    );
     assert_eq!(preview.max_cluster_error, 0.5);
 }
 
