@@ -17,7 +17,8 @@ if [[ $(uname) == Linux ]] && ! has_vulkan_driver; then
         echo 'No Vulkan driver: tests of the GPU are skipped. Install your system'\''s Mesa Vulkan drivers to run them.' >&2
     else
         echo 'No Vulkan driver: installing mesa-vulkan-drivers, which runs the tests of the GPU in software.' >&2
-        { "${as_root[@]}" apt-get update -q && "${as_root[@]}" apt-get install -y -q mesa-vulkan-drivers; } >&2 ||
+        install_driver() { "${as_root[@]}" apt-get install -y -q mesa-vulkan-drivers; }
+        { install_driver || { "${as_root[@]}" apt-get update -q && install_driver; }; } >&2 ||
             echo 'It could not be installed: tests of the GPU are skipped.' >&2
     fi
 fi
