@@ -64,6 +64,25 @@ fn all_shaders_keep_to_the_limits_of_webgpu() {
     }
 }
 
+/// Direct3D and Metal get the shaders in languages of their own, which say no to some valid WGSL.
+#[test]
+fn all_shaders_can_be_written_for_direct3d_and_metal() {
+    use naga::back::{hlsl, msl};
+    for (entry_point, module) in stage_modules() {
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32);
+        let info = validator.validate(&module).unwrap();
+        let mut text = String::new();
+        let (options, pipeline) = (hlsl::Options::default(), hlsl::PipelineOptions::default());
+        let written = hlsl::Writer::new(&mut text, &options, &pipeline).write(&module, &info, None);
+        written.unwrap_or_else(|error| panic!("{entry_point} for Direct3D: {error}"));
+        assert!(text.contains(entry_point));
+        let (options, pipeline) = (msl::Options::default(), msl::PipelineOptions::default());
+        let (text, _) = msl::write_string(&module, &info, &options, &pipeline)
+            .unwrap_or_else(|error| panic!("{entry_point} for Metal: {error}"));
+        assert!(text.contains(entry_point));
+    }
+}
+
 /// Name, offset and size of each field, and the size of the whole.
 type Layout = (Vec<(String, usize, usize)>, usize);
 
