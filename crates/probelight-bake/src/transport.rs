@@ -398,8 +398,7 @@ mod tests {
         let share = |distance: f32| share_at(Some(2.0), distance);
         assert_eq!([0.0, 2.0 * HANDOVER_START].map(share), [1.0; 2]);
         assert_eq!([2.0 * HANDOVER_END, 1e9].map(share), [0.0; 2]);
-        let middle = HANDOVER_START + HANDOVER_END;
-        assert!((share(middle) - 0.5).abs() < 1e-6, "half in the middle of the hand-over");
+        assert!((share(2.0) - 0.5).abs() < 1e-6, "half at the radius itself");
         let steps: Vec<f32> = (0..=400).map(|i| share(0.01 * i as f32)).collect();
         assert!(steps.is_sorted_by(|a, b| a >= b));
         let steepest = steps.windows(2).map(|pair| pair[0] - pair[1]).fold(0.0, f32::max);
