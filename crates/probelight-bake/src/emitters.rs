@@ -180,10 +180,9 @@ impl Emitters {
                 let origin = point.ray_origin(tracer);
                 let u = sobol_owen(sample, hash_pair(place.receiver.texel, 0x5eed ^ p as u32));
                 let (triangle, barycentric) = patch.point(u);
-                let [a, b, c] = tracer.scene().corners(triangle as usize);
                 let normal = tracer.front_normal(triangle);
                 let position =
-                    a + (b - a) * barycentric.x + (c - a) * barycentric.y + normal * tracer.offset();
+                    tracer.scene().position(triangle as usize, barycentric) + normal * tracer.offset();
                 let offset = position - origin;
                 let squared = offset.length_squared().max(f32::MIN_POSITIVE);
                 let direction = offset / squared.sqrt();

@@ -96,6 +96,13 @@ impl Scene {
         0.5 * (b - a).cross(c - a).length()
     }
 
+    /// World position inside a triangle, metres, at barycentric weights of its second and third corner.
+    #[inline]
+    pub fn position(&self, triangle: usize, barycentric: Vec2) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        a + (b - a) * barycentric.x + (c - a) * barycentric.y
+    }
+
     /// The material of a triangle.
     #[inline]
     pub fn material(&self, triangle: usize) -> &Material {

@@ -66,8 +66,7 @@ impl Emitters {
 
         let triangle = self.triangles[chosen];
         let barycentric = triangle_from_square(u);
-        let [a, b, c] = scene.corners(triangle as usize);
-        let position = a + (b - a) * barycentric.x + (c - a) * barycentric.y;
+        let position = scene.position(triangle as usize, barycentric);
         EmitterPoint { triangle, barycentric, position, density: self.density(scene, triangle) }
     }
 }
