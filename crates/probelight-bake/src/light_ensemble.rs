@@ -330,7 +330,7 @@ impl LitSurfel {
         sample: &LightSample,
         u: probelight_math::glam::Vec2,
     ) {
-        let normal = side_normal(input.tracer, sample);
+        let normal = normal_of(input.tracer, sample);
         let direction = world_from_tangent(normal) * cosine_hemisphere_from_square(u);
         let origin = sample.position + normal * input.tracer.offset();
         let Some(hit) = input.tracer.closest_hit(&Ray::new(origin, direction)) else {
@@ -361,7 +361,7 @@ impl LitSurfel {
         lightings: &[Lighting],
         samples: &[LightSample],
     ) {
-        for sample in samples.iter().filter(|s| s.base_color_and_side[3] == 0) {
+        for sample in samples.iter().filter(|s| !s.is_back_face()) {
             let signal = input.emitters.signal_of_triangle(sample.triangle);
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
                 if matches!(lighting, Lighting::Emitter(e) if Some(*e) == signal) {
@@ -382,7 +382,7 @@ fn direct_irradiances(
         Lighting::Analytic(light) => {
             let lights = std::slice::from_ref(light);
             let at = |s: &&LightSample| {
-                direct_irradiance(input.tracer, lights, s.position, side_normal(input.tracer, s)).x
+                direct_irradiance(input.tracer, lights, s.position, normal_of(input.tracer, s)).x
             };
             samples.iter().map(at).sum::<f32>() / samples.len() as f32
         }
@@ -391,9 +391,8 @@ fn direct_irradiances(
     lightings.iter().map(irradiance).collect()
 }
 
-fn side_normal(tracer: &Tracer, sample: &LightSample) -> Vec3 {
-    let front = tracer.front_normal(sample.triangle);
-    if sample.base_color_and_side[3] == 0 { front } else { -front }
+fn normal_of(tracer: &Tracer, sample: &LightSample) -> Vec3 {
+    tracer.side_normal(sample.triangle, sample.is_back_face())
 }
 
 fn albedo(tracer: &Tracer, sample: &LightSample) -> f32 {

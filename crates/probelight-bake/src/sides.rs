@@ -158,8 +158,7 @@ impl<'a> OpenAir<'a> {
 
     /// Whether a side is in sight of open air, or of enough surface points that shine or are.
     fn reaches(&self, triangle: usize, is_back: bool) -> bool {
-        let front_normal = self.tracer.front_normal(triangle as u32);
-        let normal = if is_back { -front_normal } else { front_normal };
+        let normal = self.tracer.side_normal(triangle as u32, is_back);
         let origins: Vec<Vec3> = (0..POINTS)
             .map(|point| {
                 let at = triangle_from_square(sobol_owen(point, hash_pair(triangle as u32, 40)));
