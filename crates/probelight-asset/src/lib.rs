@@ -34,6 +34,7 @@ mod description;
 mod error;
 mod info;
 mod layout;
+mod light_sample;
 pub mod packed;
 mod read;
 #[cfg(test)]

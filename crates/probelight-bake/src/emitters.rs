@@ -9,8 +9,8 @@ use std::f32::consts::PI;
 
 use probelight_asset::{Emitter, NONE};
 use probelight_math::color::luminance;
-use probelight_math::glam::{Vec2, Vec3};
-use probelight_math::sampling::{hash_pair, sobol_owen, triangle_from_square};
+use probelight_math::glam::{Vec2, Vec3, vec2};
+use probelight_math::sampling::{choose_by_running_sum, hash_pair, sobol_owen, triangle_from_square};
 use probelight_scene::{Bounds, Scene};
 use probelight_trace::{Hit, Tracer};
 
@@ -180,10 +180,9 @@ impl Emitters {
                 let origin = point.ray_origin(tracer);
                 let u = sobol_owen(sample, hash_pair(place.receiver.texel, 0x5eed ^ p as u32));
                 let (triangle, barycentric) = patch.point(u);
-                let [a, b, c] = tracer.scene().corners(triangle as usize);
                 let normal = tracer.front_normal(triangle);
                 let position =
-                    a + (b - a) * barycentric.x + (c - a) * barycentric.y + normal * tracer.offset();
+                    tracer.scene().position(triangle as usize, barycentric) + normal * tracer.offset();
                 let offset = position - origin;
                 let squared = offset.length_squared().max(f32::MIN_POSITIVE);
                 let direction = offset / squared.sqrt();
@@ -210,13 +209,9 @@ impl Emitters {
 
 impl EmitterPatch {
     /// A point of the patch, uniform by area: triangle and barycentric weights.
-    fn point(&self, mut u: Vec2) -> (u32, Vec2) {
-        let at = u.x * self.area();
-        let i = self.areas.partition_point(|sum| *sum <= at).min(self.triangles.len() - 1);
-        let low = if i == 0 { 0.0 } else { self.areas[i - 1] };
-        // What is left of u.x within the chosen triangle is uniform again.
-        u.x = ((at - low) / (self.areas[i] - low).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-        (self.triangles[i], triangle_from_square(u))
+    fn point(&self, u: Vec2) -> (u32, Vec2) {
+        let (chosen, rest) = choose_by_running_sum(&self.areas, u.x);
+        (self.triangles[chosen], triangle_from_square(vec2(rest, u.y)))
     }
 }
 
@@ -248,7 +243,7 @@ fn mean_emission_texel(scene: &Scene, triangles: &[u32]) -> Vec3 {
 mod tests {
     use std::sync::Arc;
 
-    use probelight_math::glam::{Vec4, vec2};
+    use probelight_math::glam::Vec4;
     use probelight_scene::Material;
 
     use super::*;

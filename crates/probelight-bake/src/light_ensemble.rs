@@ -8,12 +8,12 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use probelight_asset::{LightSample, NONE};
 use probelight_math::color::{linear_from_srgb8, luminance};
-use probelight_math::directions::quadrature_weights;
+use probelight_math::directions::weighted_basis;
 use probelight_math::glam::Vec3;
 use probelight_math::sampling::{
     Rng, cosine_hemisphere_from_square, hash_pair, sobol_owen, sphere_from_square, world_from_tangent,
 };
-use probelight_math::sh::Basis;
+use probelight_math::sh::coefficient_count;
 use probelight_scene::Light;
 use probelight_trace::{Progress, Ray, Tracer, direct_irradiance};
 use rayon::prelude::*;
@@ -168,26 +168,22 @@ impl LightEnsemble {
     /// The probes' coefficients from the surfels' radiance.
     fn light_probes(&self, input: &EnsembleInput<'_>, sky: &[f32]) -> Vec<f32> {
         let (count, rays) = (self.count, input.directions.len());
-        let basis = Basis::new(input.sh_degree);
-        let weights = quadrature_weights(input.directions, 2 * input.sh_degree);
-        let mut table = vec![0.0; rays * basis.len()];
-        for ((row, direction), weight) in table.chunks_mut(basis.len()).zip(input.directions).zip(weights) {
-            basis.evaluate(*direction, row);
-            row.iter_mut().for_each(|y| *y *= weight);
-        }
+        let coefficients = coefficient_count(input.sh_degree);
+        let table = weighted_basis(input.directions, input.sh_degree);
         let sky = input.sky_degree.is_none().then_some(sky);
         let per_probe: Vec<Vec<f32>> = input
             .relight_surfels
             .par_chunks(rays.max(1))
             .map(|surfels| {
-                let mut sums = vec![0.0; basis.len() * count];
+                let mut sums = vec![0.0; coefficients * count];
                 for (ray, surfel) in surfels.iter().enumerate() {
                     let radiance = match (*surfel, sky) {
                         (NONE, None) => continue,
                         (NONE, Some(sky)) => &sky[ray * count..][..count],
                         (surfel, _) => self.scalar(surfel as usize),
                     };
-                    for (sums, y) in sums.chunks_mut(count).zip(&table[ray * basis.len()..][..basis.len()]) {
+                    for (sums, y) in sums.chunks_mut(count).zip(&table[ray * coefficients..][..coefficients])
+                    {
                         add_scaled(sums, *y, radiance);
                     }
                 }
@@ -211,14 +207,12 @@ impl LightEnsemble {
             self.scalars.extend(radiance);
         }
         let Some(degree) = input.sky_degree else { return };
-        let basis = Basis::new(degree);
-        let weights = quadrature_weights(input.directions, 2 * degree);
-        let mut sums = vec![0.0; basis.len() * self.count];
-        let mut y = vec![0.0; basis.len()];
-        for ((direction, weight), sky) in input.directions.iter().zip(weights).zip(sky.chunks(self.count)) {
-            basis.evaluate(*direction, &mut y);
-            for (sums, y) in sums.chunks_mut(self.count).zip(&y) {
-                add_scaled(sums, weight * y, sky);
+        let coefficients = coefficient_count(degree);
+        let table = weighted_basis(input.directions, degree);
+        let mut sums = vec![0.0; coefficients * self.count];
+        for (row, sky) in table.chunks_exact(coefficients).zip(sky.chunks(self.count)) {
+            for (sums, y) in sums.chunks_mut(self.count).zip(row) {
+                add_scaled(sums, *y, sky);
             }
         }
         self.scalars.extend(sums);
@@ -336,7 +330,7 @@ impl LitSurfel {
         sample: &LightSample,
         u: probelight_math::glam::Vec2,
     ) {
-        let normal = side_normal(input.tracer, sample);
+        let normal = normal_of(input.tracer, sample);
         let direction = world_from_tangent(normal) * cosine_hemisphere_from_square(u);
         let origin = sample.position + normal * input.tracer.offset();
         let Some(hit) = input.tracer.closest_hit(&Ray::new(origin, direction)) else {
@@ -367,7 +361,7 @@ impl LitSurfel {
         lightings: &[Lighting],
         samples: &[LightSample],
     ) {
-        for sample in samples.iter().filter(|s| s.base_color_and_side[3] == 0) {
+        for sample in samples.iter().filter(|s| !s.is_back_face()) {
             let signal = input.emitters.signal_of_triangle(sample.triangle);
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
                 if matches!(lighting, Lighting::Emitter(e) if Some(*e) == signal) {
@@ -388,7 +382,7 @@ fn direct_irradiances(
         Lighting::Analytic(light) => {
             let lights = std::slice::from_ref(light);
             let at = |s: &&LightSample| {
-                direct_irradiance(input.tracer, lights, s.position, side_normal(input.tracer, s)).x
+                direct_irradiance(input.tracer, lights, s.position, normal_of(input.tracer, s)).x
             };
             samples.iter().map(at).sum::<f32>() / samples.len() as f32
         }
@@ -397,9 +391,8 @@ fn direct_irradiances(
     lightings.iter().map(irradiance).collect()
 }
 
-fn side_normal(tracer: &Tracer, sample: &LightSample) -> Vec3 {
-    let front = tracer.front_normal(sample.triangle);
-    if sample.base_color_and_side[3] == 0 { front } else { -front }
+fn normal_of(tracer: &Tracer, sample: &LightSample) -> Vec3 {
+    tracer.side_normal(sample.triangle, sample.is_back_face())
 }
 
 fn albedo(tracer: &Tracer, sample: &LightSample) -> f32 {

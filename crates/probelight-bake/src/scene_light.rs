@@ -44,6 +44,7 @@ impl SceneLight {
         let is_hybrid = settings.method == Method::Hybrid;
         let mut light = Self::default();
         if is_hybrid || settings.metric == Metric::Radiance {
+            progress.begin("building surfels", 1);
             let samples = settings.samples_per_surfel as usize;
             let (tracer, atlas) = (parts.tracer, parts.atlas);
             light.surfels =
@@ -51,6 +52,7 @@ impl SceneLight {
             light.emitters = Emitters::find(tracer.scene(), settings.surfel_size);
             let surfel = |hit: &Option<Hit>| hit.map_or(NONE, |hit| light.surfels.surfel_of_hit(atlas, &hit));
             light.relight_surfels = relight_hits.iter().map(surfel).collect();
+            progress.advance(1);
             let input = EnsembleInput {
                 tracer,
                 atlas,

@@ -13,7 +13,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use probelight_math::directions::spherical_fibonacci;
-use probelight_math::glam::{Vec2, Vec3};
+use probelight_math::glam::Vec3;
 use probelight_math::sampling::{
     Rng, cosine_hemisphere_from_square, hash_pair, sobol_owen, triangle_from_square, world_from_tangent,
 };
@@ -158,13 +158,11 @@ impl<'a> OpenAir<'a> {
 
     /// Whether a side is in sight of open air, or of enough surface points that shine or are.
     fn reaches(&self, triangle: usize, is_back: bool) -> bool {
-        let front_normal = self.tracer.front_normal(triangle as u32);
-        let normal = if is_back { -front_normal } else { front_normal };
-        let [a, b, c] = self.tracer.scene().corners(triangle);
+        let normal = self.tracer.side_normal(triangle as u32, is_back);
         let origins: Vec<Vec3> = (0..POINTS)
             .map(|point| {
-                let at: Vec2 = triangle_from_square(sobol_owen(point, hash_pair(triangle as u32, 40)));
-                a + (b - a) * at.x + (c - a) * at.y + normal * self.tracer.offset()
+                let at = triangle_from_square(sobol_owen(point, hash_pair(triangle as u32, 40)));
+                self.tracer.scene().position(triangle, at) + normal * self.tracer.offset()
             })
             .collect();
         if origins.iter().any(|origin| self.sees(*origin)) {

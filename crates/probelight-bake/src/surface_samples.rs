@@ -1,6 +1,6 @@
 //! Random points on the scene's front faces.
 
-use probelight_math::glam::{Vec2, Vec3};
+use probelight_math::glam::Vec3;
 use probelight_math::sampling::{Rng, triangle_from_square};
 use probelight_scene::Scene;
 
@@ -25,10 +25,8 @@ pub(crate) fn sample_front_faces(scene: &Scene, count: usize, rng: &mut Rng) -> 
             triangle += 1;
             area = f64::from(scene.area(triangle));
         }
-        let barycentric: Vec2 = triangle_from_square(rng.next_vec2());
-        let [a, b, c] = scene.corners(triangle);
         samples.push(SurfaceSample {
-            position: a + (b - a) * barycentric.x + (c - a) * barycentric.y,
+            position: scene.position(triangle, triangle_from_square(rng.next_vec2())),
             normal: scene.geometric_normal(triangle),
         });
     }

@@ -165,14 +165,12 @@ pub(crate) fn texels_around(atlas: &Atlas, corners: [Vec2; 3]) -> impl Iterator<
 pub(crate) fn point_on_face(tracer: &Tracer, atlas: &Atlas, face: u32, barycentric: Vec2) -> SamplePoint {
     let triangle = atlas.face_triangles[face as usize];
     let barycentric = barycentric.lerp(Vec2::splat(1.0 / 3.0), INSET).clamp(Vec2::ZERO, Vec2::ONE);
-    let [a, b, c] = tracer.scene().corners(triangle as usize);
-    let front = tracer.front_normal(triangle);
     SamplePoint {
         exposure: FULL_EXPOSURE,
         triangle,
         barycentric,
-        position: a + (b - a) * barycentric.x + (c - a) * barycentric.y,
-        normal: if atlas.is_back_face(face) { -front } else { front },
+        position: tracer.scene().position(triangle as usize, barycentric),
+        normal: tracer.side_normal(triangle, atlas.is_back_face(face)),
     }
 }
 

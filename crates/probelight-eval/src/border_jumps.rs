@@ -10,6 +10,8 @@ use probelight_math::color::luminance;
 use probelight_math::glam::Vec3;
 use serde::Serialize;
 
+use crate::percentile::percentile;
+
 /// This share of the mean luminance is added to the denominators, so that the dark does not dominate.
 const DARK_TEXEL_SHARE: f32 = 0.02;
 
@@ -19,13 +21,13 @@ pub struct BorderJumps {
     /// Rows of four texels across a border between two clusters.
     pub rows: usize,
     /// Median jump at the borders.
-    pub median: Option<f32>,
+    pub median: Option<f64>,
     /// 99th percentile at the borders.
-    pub p99: Option<f32>,
+    pub p99: Option<f64>,
     /// Median of the same inside clusters.
-    pub median_inside: Option<f32>,
+    pub median_inside: Option<f64>,
     /// 99th percentile inside clusters.
-    pub p99_inside: Option<f32>,
+    pub p99_inside: Option<f64>,
 }
 
 impl BorderJumps {
@@ -72,17 +74,12 @@ impl BorderJumps {
         inside.sort_by(f32::total_cmp);
         Self {
             rows: at_borders.len(),
-            median: quantile(&at_borders, 0.5),
-            p99: quantile(&at_borders, 0.99),
-            median_inside: quantile(&inside, 0.5),
-            p99_inside: quantile(&inside, 0.99),
+            median: percentile(&at_borders, 0.5),
+            p99: percentile(&at_borders, 0.99),
+            median_inside: percentile(&inside, 0.5),
+            p99_inside: percentile(&inside, 0.99),
         }
     }
-}
-
-/// A quantile of sorted values.
-fn quantile(sorted: &[f32], share: f32) -> Option<f32> {
-    sorted.get(((sorted.len().max(1) - 1) as f32 * share).round() as usize).copied()
 }
 
 #[cfg(test)]

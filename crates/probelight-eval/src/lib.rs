@@ -11,6 +11,7 @@ mod border_jumps;
 mod error;
 mod flip;
 mod image_metrics;
+mod percentile;
 mod point_errors;
 mod predictions;
 mod reference_points;

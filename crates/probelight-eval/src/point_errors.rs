@@ -5,6 +5,7 @@ use probelight_math::glam::Vec3;
 use probelight_scene::Bounds;
 use serde::Serialize;
 
+use crate::percentile::percentile;
 use crate::{EvalError, PointKind, ReferencePoint, ReferencePoints};
 
 /// What of the reference is compared: the light that Probelight's lightmap holds. Where a setup has neither
@@ -209,13 +210,6 @@ fn sorted_relative_errors(pairs: &[Pair], mean_reference: f64) -> Vec<f64> {
     let mut errors: Vec<f64> = pairs.iter().map(relative).collect();
     errors.sort_by(f64::total_cmp);
     errors
-}
-
-/// Value below which the share `rank` of ascending `values` lies, linear between neighbours.
-fn percentile(values: &[f64], rank: f64) -> Option<f64> {
-    let place = rank * values.len().checked_sub(1)? as f64;
-    let (below, above) = (place.floor() as usize, place.ceil() as usize);
-    Some(values[below] + (values[above] - values[below]) * place.fract())
 }
 
 #[cfg(test)]

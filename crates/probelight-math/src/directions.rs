@@ -87,6 +87,23 @@ pub fn quadrature_weights(directions: &[Vec3], exact_degree: usize) -> Vec<f32> 
         .collect()
 }
 
+/// The table that projects radiance along `directions` to spherical-harmonics coefficients up to `degree`: basis
+/// values times quadrature weight, all of the first direction, all of the second, …
+///
+/// The sum over directions of radiance times such a row is exact for radiance of that degree, where there are
+/// directions enough ([`quadrature_weights`]).
+pub fn weighted_basis(directions: &[Vec3], degree: usize) -> Vec<f32> {
+    let basis = Basis::new(degree);
+    let weights = quadrature_weights(directions, 2 * degree);
+    let mut table = vec![0.0; directions.len() * basis.len()];
+    let rows = table.chunks_exact_mut(basis.len());
+    for ((direction, weight), row) in directions.iter().zip(weights).zip(rows) {
+        basis.evaluate(*direction, row);
+        row.iter_mut().for_each(|value| *value *= weight);
+    }
+    table
+}
+
 /// Solves `A x = b` by Cholesky factorisation; the lower triangle of `a` (row-major) is overwritten.
 fn solve_positive_definite(a: &mut [f64], mut b: Vec<f64>) -> Vec<f64> {
     let n = b.len();
@@ -170,6 +187,24 @@ mod tests {
             for (j, sum) in sums.iter().enumerate().skip(1) {
                 assert!(sum.abs() < 1e-5, "{} directions, Y_{j}: {sum}", prefix.len());
             }
+        }
+    }
+
+    #[test]
+    fn linear_radiance_projects_to_its_closed_form() {
+        let directions = progressive_sphere(512);
+        let mut coefficients = vec![0.0; coefficient_count(7)];
+        let table = weighted_basis(&directions, 7);
+        for (direction, row) in directions.iter().zip(table.chunks_exact(coefficients.len())) {
+            let radiance = 1.0 + direction.x - 2.0 * direction.z;
+            coefficients.iter_mut().zip(row).for_each(|(sum, y)| *sum += radiance * y);
+        }
+        // Y_0 = √(1/4π), and Y_1 = √(3/4π) (y, z, x), whose squares integrate to 1.
+        let (constant, linear) = ((4.0 * PI).sqrt(), (4.0 * PI / 3.0).sqrt());
+        let expected = [constant, 0.0, -2.0 * linear, linear];
+        for (j, value) in coefficients.into_iter().enumerate() {
+            let expected = expected.get(j).copied().unwrap_or(0.0);
+            assert!((value - expected).abs() < 1e-4, "coefficient {j}: {value}, not {expected}");
         }
     }
 }

@@ -151,6 +151,21 @@ pub fn sphere_from_square(u: Vec2) -> Vec3 {
     (radius * Vec2::from_angle(TAU * u.y)).extend(z)
 }
 
+/// Chooses an entry of a table of running sums, with the probability of its share in the last sum, by `u` in [0, 1).
+/// Returns the entry's index and what is left of `u` within it, which is uniform again.
+///
+/// # Panics
+/// If the table is empty.
+#[inline]
+pub fn choose_by_running_sum(sums: &[f32], u: f32) -> (usize, f32) {
+    let last = sums.len() - 1;
+    let at = u * sums[last];
+    let chosen = sums.partition_point(|sum| *sum <= at).min(last);
+    let low = if chosen == 0 { 0.0 } else { sums[chosen - 1] };
+    let rest = (at - low) / (sums[chosen] - low).max(f32::MIN_POSITIVE);
+    (chosen, rest.clamp(0.0, 1.0))
+}
+
 /// Maps the unit square to barycentric coordinates `(v, w)` of the second and third corner of a triangle
 /// with uniform density (Heitz 2019).
 #[inline]
@@ -216,6 +231,17 @@ mod tests {
         let mean =
             (0..count).map(|i| cosine_hemisphere_from_square(sobol_owen(i, 9)).z).sum::<f32>() / count as f32;
         assert!((mean - 2.0 / 3.0).abs() < 1e-3, "{mean}");
+    }
+
+    #[test]
+    fn entries_are_chosen_by_their_share_and_the_rest_is_uniform() {
+        // Shares 1/8, 0, 3/8 and 1/2.
+        let sums = [0.5, 0.5, 2.0, 4.0];
+        let expected = [(0.0, 0, 0.0), (0.0625, 0, 0.5), (0.125, 2, 0.0), (0.3125, 2, 0.5), (0.75, 3, 0.5)];
+        for (u, entry, rest) in expected {
+            assert_eq!(choose_by_running_sum(&sums, u), (entry, rest), "{u}");
+        }
+        assert_eq!(choose_by_running_sum(&sums, 1.0), (3, 1.0));
     }
 
     #[test]

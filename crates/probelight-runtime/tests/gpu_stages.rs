@@ -76,8 +76,7 @@ impl Twins {
             .light_samples
             .iter()
             .map(|sample| {
-                let front = tracer.front_normal(sample.triangle);
-                let normal = if sample.base_color_and_side[3] == 0 { front } else { -front };
+                let normal = tracer.side_normal(sample.triangle, sample.is_back_face());
                 direct_irradiance(tracer, &all_lights().lights, sample.position, normal)
             })
             .collect();

@@ -55,13 +55,7 @@ impl ContentHash {
         self.numbers(&material.emission.to_array());
         self.numbers(&[material.metallic, material.roughness, material.normal_scale, cutoff]);
         self.words(&[u32::from(material.double_sided)]);
-        for slot in [
-            material.base_color_texture,
-            material.metallic_roughness_texture,
-            material.normal_texture,
-            material.occlusion_texture,
-            material.emissive_texture,
-        ] {
+        for slot in material.texture_slots() {
             self.slot(slot);
         }
     }

@@ -57,6 +57,20 @@ pub struct Material {
     pub double_sided: bool,
 }
 
+impl Material {
+    /// The slots of all textures: base colour, metalness and roughness, normal, occlusion, emission. Content hash
+    /// and shaders rely on the order.
+    pub fn texture_slots(&self) -> [Option<TextureSlot>; 5] {
+        [
+            self.base_color_texture,
+            self.metallic_roughness_texture,
+            self.normal_texture,
+            self.occlusion_texture,
+            self.emissive_texture,
+        ]
+    }
+}
+
 impl Default for Material {
     /// glTF's default material: white, rough metal factors as the specification has them.
     fn default() -> Self {

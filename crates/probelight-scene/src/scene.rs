@@ -96,6 +96,13 @@ impl Scene {
         0.5 * (b - a).cross(c - a).length()
     }
 
+    /// World position inside a triangle, metres, at barycentric weights of its second and third corner.
+    #[inline]
+    pub fn position(&self, triangle: usize, barycentric: Vec2) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        a + (b - a) * barycentric.x + (c - a) * barycentric.y
+    }
+
     /// The material of a triangle.
     #[inline]
     pub fn material(&self, triangle: usize) -> &Material {
@@ -209,14 +216,8 @@ impl Scene {
     fn validate_materials(&self) -> Result<(), SceneError> {
         let fail = |reason: String| Err(SceneError::Invalid { reason });
         for (m, material) in self.materials.iter().enumerate() {
-            let slots = [
-                material.base_color_texture,
-                material.metallic_roughness_texture,
-                material.normal_texture,
-                material.occlusion_texture,
-                material.emissive_texture,
-            ];
-            if slots.iter().flatten().any(|slot| slot.texture as usize >= self.textures.len()) {
+            let mut slots = material.texture_slots().into_iter().flatten();
+            if slots.any(|slot| slot.texture as usize >= self.textures.len()) {
                 return fail(format!("material {m} uses a texture that does not exist"));
             }
             if !(material.base_color.is_finite() && material.emission.is_finite()) {

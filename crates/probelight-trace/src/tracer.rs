@@ -87,6 +87,13 @@ impl Tracer {
         self.normals[triangle as usize]
     }
 
+    /// Unit geometric normal of one side of a triangle.
+    #[inline]
+    pub fn side_normal(&self, triangle: u32, is_back_face: bool) -> Vec3 {
+        let front = self.front_normal(triangle);
+        if is_back_face { -front } else { front }
+    }
+
     /// The nearest hit along the ray, or `None` if it leaves the scene.
     #[inline]
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {

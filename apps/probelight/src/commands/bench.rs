@@ -1,19 +1,19 @@
 //! `probelight bench [FILE]`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::ensure;
 use clap::{Args, ValueEnum};
 use probelight_asset::BakedScene;
 use probelight_runtime::synthetic::{SyntheticSize, synthetic_lighting, synthetic_room};
-use probelight_scene::{Lighting, Setup};
+use probelight_scene::Lighting;
 
 use crate::backend::BackendFlags;
 use crate::bench_report::{BenchReport, SceneFigures};
 use crate::console::{self, Console};
 use crate::stage_clock::{LightShow, StageClock};
-use crate::{interrupt, output};
+use crate::{input, interrupt, output};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -108,7 +108,7 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
 
 /// What to measure.
 enum BenchScene<'a> {
-    File { file: &'a PathBuf, setup: Option<&'a PathBuf> },
+    File { file: &'a Path, setup: Option<&'a Path> },
     Synthetic { size: SyntheticSize, method: MethodFlag },
 }
 
@@ -120,7 +120,7 @@ impl Flags {
         };
         let synthetic = |receivers| BenchScene::Synthetic { size: size(receivers), method: self.method };
         match &self.file {
-            Some(file) => vec![BenchScene::File { file, setup: self.setup.as_ref() }],
+            Some(file) => vec![BenchScene::File { file, setup: self.setup.as_deref() }],
             None if self.scaling => SCALING.into_iter().map(synthetic).collect(),
             None => self.synthetic.iter().map(|receivers| synthetic(*receivers as usize)).collect(),
         }
@@ -132,10 +132,7 @@ impl BenchScene<'_> {
         match self {
             Self::File { file, setup } => {
                 let baked = BakedScene::read(file)?;
-                let setup = match setup {
-                    Some(setup) => Setup::load(setup)?,
-                    None => Setup::from_scene(&baked.scene),
-                };
+                let setup = input::load_setup(*setup, &baked.scene)?;
                 Ok((Arc::new(baked), setup.lighting, file.display().to_string()))
             }
             Self::Synthetic { size, method } => {

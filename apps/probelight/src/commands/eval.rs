@@ -172,9 +172,7 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
         format!("{:.4} W/m², reference {:.4}", errors.max_prediction, errors.max_reference),
     )?;
     let jumps = &report.border_jumps;
-    let both = |border: Option<f32>, inside: Option<f32>| {
-        format!("{} (inside clusters {})", percent(border.map(f64::from)), percent(inside.map(f64::from)))
-    };
+    let both = |border, inside| format!("{} (inside clusters {})", percent(border), percent(inside));
     line("jumps at cluster borders", both(jumps.median, jumps.median_inside))?;
     line("99th percentile", both(jumps.p99, jumps.p99_inside))?;
     Ok(text)

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use probelight_math::glam::Vec3;
 use probelight_runtime::cpu::SurfaceColors;
-use probelight_scene::{AlphaMode, Material, Scene};
+use probelight_scene::{AlphaMode, Material, Scene, TextureSlot};
 
 use super::material_textures::{Encoding, MaterialTextures};
 
@@ -81,15 +81,8 @@ impl Materials {
 }
 
 fn record(material: &Material, colors: &SurfaceColors) -> MaterialRecord {
-    let slots = [
-        material.base_color_texture,
-        material.metallic_roughness_texture,
-        material.normal_texture,
-        material.occlusion_texture,
-        material.emissive_texture,
-    ];
-    let uses_second_set = |(bit, slot): (u32, &Option<_>)| {
-        u32::from(slot.is_some_and(|slot: probelight_scene::TextureSlot| slot.tex_coord == 1)) << bit
+    let uses_second_set = |(bit, slot): (u32, Option<TextureSlot>)| {
+        u32::from(slot.is_some_and(|slot| slot.tex_coord == 1)) << bit
     };
     MaterialRecord {
         base_color: colors.base_color.extend(material.base_color.w).to_array(),
@@ -101,7 +94,7 @@ fn record(material: &Material, colors: &SurfaceColors) -> MaterialRecord {
             AlphaMode::Mask { cutoff } => cutoff,
             AlphaMode::Opaque => 0.0,
         },
-        second_uv_sets: (0..).zip(&slots).map(uses_second_set).sum(),
+        second_uv_sets: (0..).zip(material.texture_slots()).map(uses_second_set).sum(),
     }
 }
 

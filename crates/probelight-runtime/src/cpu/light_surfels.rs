@@ -109,8 +109,7 @@ impl ScalarSignals {
             .zip(baked.light_samples.par_chunks(SAMPLES_PER_TASK))
             .for_each(|(direct, samples)| {
                 for (direct, sample) in direct.iter_mut().zip(samples) {
-                    let front = tracer.front_normal(sample.triangle);
-                    let normal = if is_front(sample) { front } else { -front };
+                    let normal = tracer.side_normal(sample.triangle, sample.is_back_face());
                     *direct = direct_irradiance(tracer, lights, sample.position, normal);
                 }
             });
@@ -150,7 +149,7 @@ impl ScalarSignals {
                     let material = baked.scene.triangle_material[sample.triangle as usize] as usize;
                     let reflectance =
                         colors[material].base_color * texel(sample.base_color_and_side) * FRAC_1_PI;
-                    let shines = is_front(sample) && !has_emitter[material];
+                    let shines = !sample.is_back_face() && !has_emitter[material];
                     let scale = if shines { lighting.emissive_scale } else { 0.0 };
                     let emitted = colors[material].emission * texel(sample.emission_texel) * scale;
                     unbounced[i] = emitted + reflectance * direct[i];
@@ -197,10 +196,6 @@ impl Feedback {
 /// Mean radiance that an emitter sends out, W·m⁻²·sr⁻¹.
 pub(crate) fn emitter_radiance(emitter: &Emitter, lighting: &Lighting, colors: &[SurfaceColors]) -> Vec3 {
     colors[emitter.material as usize].emission * lighting.emissive_scale * emitter.mean_texel
-}
-
-fn is_front(sample: &LightSample) -> bool {
-    sample.base_color_and_side[3] == 0
 }
 
 fn samples_of(surfel: &Surfel) -> Range<usize> {

@@ -14,9 +14,8 @@
 //! cache while a task multiplies its probes' radiance with it, sums in registers.
 
 use probelight_asset::BakedScene;
-use probelight_math::directions::quadrature_weights;
+use probelight_math::directions::weighted_basis;
 use probelight_math::glam::Vec3;
-use probelight_math::sh::Basis;
 use probelight_scene::Sky;
 use rayon::prelude::*;
 
@@ -52,7 +51,8 @@ impl ProbeRadiance {
         let (rays, coefficients) = (baked.relight_directions.len(), baked.coefficients());
         let panels = coefficients.div_ceil(LANES);
         let mut table = vec![[0.0; LANES]; panels * rays];
-        for (ray, values) in weighted_basis(baked).chunks_exact(coefficients).enumerate() {
+        let weighted_basis = weighted_basis(&baked.relight_directions, baked.settings.sh_degree as usize);
+        for (ray, values) in weighted_basis.chunks_exact(coefficients).enumerate() {
             for (j, value) in values.iter().enumerate() {
                 table[j / LANES * rays + ray][j % LANES] = *value;
             }
@@ -116,19 +116,6 @@ impl ProbeRadiance {
                 }
             });
     }
-}
-
-/// Basis values times quadrature weight: those of the first relight direction, those of the second, …
-pub(crate) fn weighted_basis(baked: &BakedScene) -> Vec<f32> {
-    let basis = Basis::new(baked.settings.sh_degree as usize);
-    let weights = quadrature_weights(&baked.relight_directions, 2 * basis.degree());
-    let mut table = vec![0.0; baked.relight_directions.len() * basis.len()];
-    let rows = table.chunks_exact_mut(basis.len());
-    for ((direction, weight), row) in baked.relight_directions.iter().zip(weights).zip(rows) {
-        basis.evaluate(*direction, row);
-        row.iter_mut().for_each(|value| *value *= weight);
-    }
-    table
 }
 
 /// Radiance of some probes' rays, from the surfels they meet or else the sky.

@@ -1,9 +1,8 @@
 //! The sky's own signals: spherical-harmonics coefficients of its radiance.
 
 use probelight_asset::BakedScene;
-use probelight_math::directions::{quadrature_weights, spherical_fibonacci};
+use probelight_math::directions::{spherical_fibonacci, weighted_basis};
 use probelight_math::glam::Vec3;
-use probelight_math::sh::Basis;
 use probelight_scene::Sky;
 
 /// Directions of the quadrature: more than three for each of the 289 constraints that make the projection of
@@ -22,16 +21,8 @@ impl SkyProjection {
     /// Tabulates the basis; empty for a scene without sky signals.
     pub(crate) fn new(baked: &BakedScene) -> Self {
         let Some(degree) = baked.settings.sky_degree else { return Self::default() };
-        let basis = Basis::new(degree as usize);
         let directions: Vec<Vec3> = (0..DIRECTIONS).map(|i| spherical_fibonacci(i, DIRECTIONS)).collect();
-        let weights = quadrature_weights(&directions, 2 * basis.degree());
-        let mut table = vec![0.0; directions.len() * basis.len()];
-        for ((direction, weight), row) in
-            directions.iter().zip(weights).zip(table.chunks_exact_mut(basis.len()))
-        {
-            basis.evaluate(*direction, row);
-            row.iter_mut().for_each(|value| *value *= weight);
-        }
+        let table = weighted_basis(&directions, degree as usize);
         Self { directions, table }
     }
 

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::cluster_shards::ClusterShard;
-use super::device::{GpuError, checked};
+use super::device::{GpuError, checked, is_software, new_encoder};
 use super::frame_buffers::RGB_BYTES;
 use super::gpu_runtime::GpuRuntime;
 use super::kernel::{Kernel, whole};
@@ -36,7 +36,7 @@ impl GpuRuntime {
         frames: usize,
         mut change: impl FnMut(&mut Self, usize) -> Result<(), GpuError>,
     ) -> Result<Vec<StageTimings>, GpuError> {
-        let is_software = self.device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        let is_software = is_software(&self.device.adapter_info());
         let timestamps = FrameTimestamps::new(&self.device, &self.queue).filter(|_| !is_software);
         let measure = |frame| {
             change(self, frame)?;
@@ -116,7 +116,7 @@ impl GpuRuntime {
 /// # Errors
 /// [`GpuError::OutOfMemory`], or [`GpuError::Lost`] if the GPU does not answer.
 pub fn copy_bandwidth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<f64, GpuError> {
-    let is_software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+    let is_software = is_software(&device.adapter_info());
     let timestamps = PassTimestamps::new(device, queue, 1).filter(|_| !is_software);
     let storage = Storage::new(device, queue);
     let bytes = COPY_BYTES.min(storage.limit);
@@ -146,10 +146,6 @@ pub fn copy_bandwidth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<f64,
         fastest = fastest.min(time);
     }
     Ok(2.0 * bytes as f64 / fastest.as_secs_f64())
-}
-
-fn new_encoder(device: &wgpu::Device) -> wgpu::CommandEncoder {
-    device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
 }
 
 /// How long the GPU takes for some work, as the host sees it.

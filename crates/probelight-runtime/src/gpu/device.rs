@@ -165,7 +165,7 @@ impl GpuDevice {
 
     /// Whether the "GPU" is a driver that computes on the CPU.
     pub fn is_software(&self) -> bool {
-        self.info.device_type == DeviceType::Cpu
+        is_software(&self.info)
     }
 
     /// Whether the GPU still works: it was neither lost, nor out of memory in the middle of a frame.
@@ -204,6 +204,16 @@ pub fn checked<T>(
         (None, Some(error)) => Err(GpuError::Refused { purpose, reason: error.to_string() }),
         (None, None) => Ok(made),
     }
+}
+
+/// Whether an adapter is a driver that computes on the CPU.
+pub(super) fn is_software(info: &AdapterInfo) -> bool {
+    info.device_type == DeviceType::Cpu
+}
+
+/// Takes commands for `device`.
+pub(super) fn new_encoder(device: &wgpu::Device) -> wgpu::CommandEncoder {
+    device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
 }
 
 fn optional_features() -> Features {

@@ -8,7 +8,7 @@ use probelight_scene::Lighting;
 
 use super::blend_borders::BlendBorders;
 use super::cluster_shards::{ClusterShard, cluster_shards};
-use super::device::{GpuError, checked};
+use super::device::{GpuError, checked, new_encoder};
 use super::dilate_lightmap::DilateLightmap;
 use super::frame_buffers::FrameBuffers;
 use super::gather_receivers::GatherReceivers;
@@ -250,10 +250,6 @@ impl GpuRuntime {
         }
     }
 
-    fn new_encoder(&self) -> wgpu::CommandEncoder {
-        self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
-    }
-
     /// Uploads what changed and draws shadow maps; returns what the first stage must renew.
     fn upload_changes(&mut self, encoder: &mut wgpu::CommandEncoder) -> Changes {
         let stale = self.state.take_stale();
@@ -271,7 +267,7 @@ impl GpuRuntime {
 
     /// Forgets all bounced light: the next frame starts from darkness. The lightmap keeps what it shows until then.
     pub fn reset(&mut self) {
-        let mut encoder = self.new_encoder();
+        let mut encoder = new_encoder(&self.device);
         encoder.clear_buffer(&self.buffers.irradiance, 0, None);
         self.queue.submit([encoder.finish()]);
     }
@@ -285,7 +281,7 @@ impl GpuRuntime {
         let mut previous = self.read_irradiance()?;
         let mut convergence = Convergence { steps: 0, change: f64::INFINITY };
         while convergence.steps < max_steps && convergence.change > tolerance {
-            let mut encoder = self.new_encoder();
+            let mut encoder = new_encoder(&self.device);
             self.encode(&mut encoder);
             self.queue.submit([encoder.finish()]);
             let now = self.read_irradiance()?;

@@ -2,7 +2,7 @@
 
 use bytemuck::Pod;
 
-use super::device::GpuError;
+use super::device::{GpuError, new_encoder};
 
 /// What `buffer` (usage `COPY_SRC`) holds once all submitted work is done. Waits for the GPU.
 ///
@@ -14,7 +14,7 @@ pub fn read_buffer<T: Pod>(
     buffer: &wgpu::Buffer,
 ) -> Result<Vec<T>, GpuError> {
     let staging = staging_buffer(device, buffer.size());
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let mut encoder = new_encoder(device);
     encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
     queue.submit([encoder.finish()]);
     Ok(bytemuck::pod_collect_to_vec(&mapped(device, &staging)?))
@@ -34,7 +34,7 @@ pub fn read_texture(
     let row = texture.width() * texel;
     let padded_row = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let staging = staging_buffer(device, u64::from(padded_row) * u64::from(texture.height()));
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let mut encoder = new_encoder(device);
     let layout =
         wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded_row), rows_per_image: None };
     encoder.copy_texture_to_buffer(

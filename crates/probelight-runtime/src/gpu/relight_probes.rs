@@ -1,6 +1,7 @@
 //! Stage 2: the probes' coefficients. The twin of [`cpu::relight_probes`](crate::cpu::relight_probes).
 
 use probelight_asset::BakedScene;
+use probelight_math::directions::weighted_basis;
 use probelight_scene::Sky;
 
 use super::device::GpuError;
@@ -8,7 +9,6 @@ use super::frame_buffers::{FrameBuffers, RGB_BYTES};
 use super::kernel::{Kernel, whole};
 use super::stage_shaders::RELIGHT_PROBES;
 use super::storage::Storage;
-use crate::cpu::relight_probes::weighted_basis;
 
 /// Probes of a workgroup: `PROBES` in its shader.
 pub(super) const PROBES: usize = 4;
@@ -65,7 +65,7 @@ impl RelightProbes {
 fn weighted_basis_in_quads(baked: &BakedScene) -> Vec<f32> {
     let coefficients = baked.coefficients();
     let padding = vec![0.0; coefficients.next_multiple_of(4) - coefficients];
-    weighted_basis(baked)
+    weighted_basis(&baked.relight_directions, baked.settings.sh_degree as usize)
         .chunks_exact(coefficients)
         .flat_map(|row| row.iter().chain(&padding))
         .copied()

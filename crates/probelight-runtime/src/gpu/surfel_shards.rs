@@ -172,13 +172,9 @@ impl SurfelShard {
     }
 }
 
-fn is_front(sample: &LightSample) -> bool {
-    sample.base_color_and_side[3] == 0
-}
-
 fn place(sample: &LightSample, normals: &[Vec3]) -> SamplePlace {
     let front = normals[sample.triangle as usize];
-    let normal = if is_front(sample) { front } else { -front };
+    let normal = if sample.is_back_face() { -front } else { front };
     SamplePlace { position: sample.position.to_array(), normal: normal.to_array(), ..SamplePlace::default() }
 }
 
@@ -186,7 +182,7 @@ fn colors(sample: &LightSample, baked: &BakedScene) -> SampleColors {
     let codes = |[red, green, blue, _]: [u8; 4]| u32::from_le_bytes([red, green, blue, 0]);
     SampleColors {
         base_color: codes(sample.base_color_and_side),
-        emission: if is_front(sample) { codes(sample.emission_texel) } else { 0 },
+        emission: if sample.is_back_face() { 0 } else { codes(sample.emission_texel) },
         material: baked.scene.triangle_material[sample.triangle as usize],
     }
 }

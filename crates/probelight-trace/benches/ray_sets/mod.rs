@@ -22,10 +22,9 @@ pub(crate) fn gather_rays(tracer: &Tracer, receivers: u32) -> Vec<Ray> {
     for receiver in 0..receivers {
         let wanted = f64::from(rng.next_f32()) * cumulative[cumulative.len() - 1];
         let triangle = cumulative.partition_point(|sum| *sum <= wanted).min(cumulative.len() - 1);
-        let [a, b, c] = scene.corners(triangle);
         let at = triangle_from_square(rng.next_vec2());
         let normal = tracer.front_normal(triangle as u32);
-        let origin = a + (b - a) * at.x + (c - a) * at.y + normal * tracer.offset();
+        let origin = scene.position(triangle, at) + normal * tracer.offset();
         let frame = world_from_tangent(normal);
         rays.extend(
             (0..RAYS_PER_RECEIVER).map(|ray| {

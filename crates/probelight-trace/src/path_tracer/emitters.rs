@@ -1,7 +1,7 @@
 //! Sampling points on emissive triangles.
 
-use probelight_math::glam::{Vec2, Vec3};
-use probelight_math::sampling::triangle_from_square;
+use probelight_math::glam::{Vec2, Vec3, vec2};
+use probelight_math::sampling::{choose_by_running_sum, triangle_from_square};
 use probelight_scene::Scene;
 
 /// Emissive triangles, chosen with probability proportional to their power (area times mean emission of the
@@ -57,17 +57,11 @@ impl Emitters {
 
     /// Maps a point of the unit square to a point on an emitter. There must be one.
     #[inline]
-    pub(super) fn sample(&self, scene: &Scene, mut u: Vec2) -> EmitterPoint {
-        let last = self.triangles.len() - 1;
-        let chosen = self.cumulative.partition_point(|sum| *sum <= u.x).min(last);
-        // What is left of u.x within the chosen interval is uniform again.
-        let low = if chosen == 0 { 0.0 } else { self.cumulative[chosen - 1] };
-        u.x = ((u.x - low) / (self.cumulative[chosen] - low)).clamp(0.0, 1.0);
-
+    pub(super) fn sample(&self, scene: &Scene, u: Vec2) -> EmitterPoint {
+        let (chosen, rest) = choose_by_running_sum(&self.cumulative, u.x);
         let triangle = self.triangles[chosen];
-        let barycentric = triangle_from_square(u);
-        let [a, b, c] = scene.corners(triangle as usize);
-        let position = a + (b - a) * barycentric.x + (c - a) * barycentric.y;
+        let barycentric = triangle_from_square(vec2(rest, u.y));
+        let position = scene.position(triangle as usize, barycentric);
         EmitterPoint { triangle, barycentric, position, density: self.density(scene, triangle) }
     }
 }
