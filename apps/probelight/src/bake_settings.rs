@@ -66,10 +66,6 @@ pub(crate) struct SettingFlags {
     /// Most receivers of a cluster [default: 512; 256 with --method paper]
     #[arg(long, value_name = "R")]
     receivers_per_cluster: Option<u32>,
-    /// How far clusters reach over their borders to blend with their neighbours, 0 to 8 texels; 0 is cheaper, and
-    /// the borders may show [default: 2; 0 with --method paper]
-    #[arg(long, value_name = "T")]
-    blend_texels: Option<u32>,
     /// Lay the lightmap out by the scene's second texture coordinates where they are valid
     #[arg(long)]
     use_uv1: bool,
@@ -98,7 +94,6 @@ impl From<SettingFlags> for BakeOptions {
             max_cluster_error: flags.error,
             probes_per_cluster: flags.probes_per_cluster,
             receivers_per_cluster: flags.receivers_per_cluster,
-            blend_texels: flags.blend_texels,
             use_uv1: flags.use_uv1,
             seed: flags.seed,
         }

@@ -38,7 +38,7 @@ struct BytesPerReceiver {
     signal_basis: f64,
     /// Which signals and probes the columns stand for.
     signals: f64,
-    /// Clusters, the texels of the receivers, and which receivers lie beyond borders.
+    /// Clusters, and the texels of the receivers.
     metadata: f64,
     total: f64,
 }
@@ -123,11 +123,7 @@ impl BytesPerReceiver {
             receiver_basis: share(size_of_val(&baked.receiver_basis[..])),
             signal_basis: share(size_of_val(&baked.signal_basis[..]) + scales),
             signals: share(size_of_val(&baked.cluster_signals[..]) + size_of_val(&baked.cluster_probes[..])),
-            metadata: share(
-                size_of_val(&baked.clusters[..])
-                    + size_of_val(&baked.receiver_texels[..])
-                    + size_of_val(&baked.border_receivers[..]),
-            ),
+            metadata: share(size_of_val(&baked.clusters[..]) + size_of_val(&baked.receiver_texels[..])),
             total: baked.matrix_bytes_per_receiver(),
         }
     }
@@ -183,8 +179,6 @@ mod tests {
             bounds: Bounds::of([]),
             first_receiver: 0,
             receiver_count,
-            first_border_receiver: 0,
-            border_receiver_count: 0,
             first_signal: 0,
             signal_count: 0,
             first_probe: 0,

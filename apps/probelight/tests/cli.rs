@@ -245,7 +245,6 @@ fn the_help_of_bake_states_the_defaults() {
         ("--samples-per-surfel <N>", "samples_per_surfel"),
         ("--probes-per-cluster <P>", "probes_per_cluster"),
         ("--receivers-per-cluster <R>", "receivers_per_cluster"),
-        ("--blend-texels <T>", "blend_texels"),
         ("--seed <S>", "seed"),
     ] {
         let (_, entry) = help.split_once(flag).unwrap_or_else(|| panic!("{flag} is not in the help"));

@@ -51,10 +51,7 @@ pub struct BakedScene {
     pub cluster_probes: Vec<u32>,
     /// Lightmap texel of each receiver, cluster by cluster, coarsest lightmap level first.
     pub receiver_texels: Vec<u32>,
-    /// Receivers (indices into `receiver_texels`) beyond the clusters' borders to whose irradiance they
-    /// contribute; see [`Cluster`].
-    pub border_receivers: Vec<u32>,
-    /// All U matrices, packed: per cluster one column of [`Cluster::rows`] values for each singular value.
+    /// All U matrices, packed: per cluster one column of `receiver_count` values for each singular value.
     pub receiver_basis: Vec<u32>,
     /// All ΣVᵀ matrices, packed: per cluster one row of [`BakedScene::column_count`] values for each singular
     /// value.
@@ -96,8 +93,6 @@ pub struct BakeSettings {
     pub probes_per_cluster: u32,
     /// Most receivers of a cluster.
     pub receivers_per_cluster: u32,
-    /// How far clusters reach over their borders to blend with their neighbours, texels.
-    pub blend_texels: u32,
     /// Most singular values kept per cluster.
     pub max_rank: u32,
     /// Relative error of a cluster's compressed transport that the bake aims at.
@@ -284,9 +279,6 @@ pub struct Emitter {
 /// `signal_count + P·l² + p·(2l+1) + (l+m)` is coefficient (l, m) of the p-th, so that fewer bands are fewer
 /// leading columns.
 ///
-/// A's rows are the cluster's own receivers, then those beyond its border. Near borders the irradiance of a
-/// receiver is the sum of what several clusters say; their shares, which sum to 1, are part of the matrices.
-///
 /// Value (k, c) of ΣVᵀ is `row_scale[k] · 2^(−column_exponent[c]/8) · v` with v as stored; U's values are as
 /// stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -297,10 +289,6 @@ pub struct Cluster {
     pub first_receiver: u32,
     /// Number of receivers.
     pub receiver_count: u32,
-    /// First receiver beyond the border (index into `border_receivers`).
-    pub first_border_receiver: u32,
-    /// Number of receivers beyond the border.
-    pub border_receiver_count: u32,
     /// First scalar signal (index into `cluster_signals`).
     pub first_signal: u32,
     /// Number of scalar signals.
@@ -324,14 +312,9 @@ pub struct Cluster {
 }
 
 impl Cluster {
-    /// Number of rows of U: receivers within and beyond the border.
-    pub fn rows(&self) -> u64 {
-        u64::from(self.receiver_count) + u64::from(self.border_receiver_count)
-    }
-
     /// Words of U.
     pub fn receiver_basis_words(&self) -> u64 {
-        self.ranks.words(self.rows())
+        self.ranks.words(u64::from(self.receiver_count))
     }
 }
 
@@ -377,7 +360,6 @@ impl BakedScene {
             + size_of_val(&self.cluster_signals[..])
             + size_of_val(&self.cluster_probes[..])
             + size_of_val(&self.receiver_texels[..])
-            + size_of_val(&self.border_receivers[..])
             + size_of_val(&self.clusters[..]);
         bytes as f64 / self.receiver_texels.len().max(1) as f64
     }

@@ -7,7 +7,7 @@ use probelight_scene::Bounds;
 use crate::Cluster;
 use crate::packed::Ranks;
 
-/// [`Cluster`] without implicit padding: 104 bytes, aligned to 8.
+/// [`Cluster`] without implicit padding: 96 bytes, aligned to 8.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct ClusterRecord {
@@ -15,8 +15,6 @@ pub(crate) struct ClusterRecord {
     bounds_max: Vec3,
     first_receiver: u32,
     receiver_count: u32,
-    first_border_receiver: u32,
-    border_receiver_count: u32,
     first_signal: u32,
     signal_count: u32,
     first_probe: u32,
@@ -31,7 +29,7 @@ pub(crate) struct ClusterRecord {
     reserved: u32,
 }
 
-const _: () = assert!(size_of::<ClusterRecord>() == 104, "the file format says so");
+const _: () = assert!(size_of::<ClusterRecord>() == 96, "the file format says so");
 
 impl From<&Cluster> for ClusterRecord {
     fn from(cluster: &Cluster) -> Self {
@@ -40,8 +38,6 @@ impl From<&Cluster> for ClusterRecord {
             bounds_max: cluster.bounds.max,
             first_receiver: cluster.first_receiver,
             receiver_count: cluster.receiver_count,
-            first_border_receiver: cluster.first_border_receiver,
-            border_receiver_count: cluster.border_receiver_count,
             first_signal: cluster.first_signal,
             signal_count: cluster.signal_count,
             first_probe: cluster.first_probe,
@@ -63,8 +59,6 @@ impl From<&ClusterRecord> for Cluster {
             bounds: Bounds { min: record.bounds_min, max: record.bounds_max },
             first_receiver: record.first_receiver,
             receiver_count: record.receiver_count,
-            first_border_receiver: record.first_border_receiver,
-            border_receiver_count: record.border_receiver_count,
             first_signal: record.first_signal,
             signal_count: record.signal_count,
             first_probe: record.first_probe,

@@ -25,8 +25,7 @@ pub(crate) struct BakeParts {
 /// Lines up the groups' clusters, in order, behind the shared arrays.
 pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedScene {
     let gather_rays = u64::from(parts.resolved.settings.gather_rays);
-    let rows: usize = groups.iter().flat_map(|group| &group.clusters).map(|c| c.receivers.len()).sum();
-    let report = report(&parts, &groups, gather_rays * rows as u64);
+    let report = report(&parts, &groups, gather_rays * parts.receivers.receivers.len() as u64);
     let mut baked = BakedScene {
         scene_hash: parts.scene_hash,
         settings: parts.resolved.settings,
@@ -54,20 +53,12 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
     if baked.settings.method == Method::Paper {
         keep_seen_surfels(&mut baked);
     }
-    let clusters = || groups.iter().flat_map(|group| &group.clusters);
-    let mut receiver_numbers = vec![NONE; receivers.len()];
-    for (number, receiver) in (0..).zip(clusters().flat_map(|c| &c.receivers[..c.own])) {
-        receiver_numbers[*receiver as usize] = number;
-    }
-    for cluster in clusters() {
-        let (own, beyond) = cluster.receivers.split_at(cluster.own);
-        let bounds = bounds_of(receivers, own);
+    for cluster in groups.iter().flat_map(|g| &g.clusters) {
+        let bounds = bounds_of(receivers, &cluster.receivers);
         baked.clusters.push(Cluster {
             bounds,
             first_receiver: baked.receiver_texels.len() as u32,
-            receiver_count: own.len() as u32,
-            first_border_receiver: baked.border_receivers.len() as u32,
-            border_receiver_count: beyond.len() as u32,
+            receiver_count: cluster.receivers.len() as u32,
             first_signal: baked.cluster_signals.len() as u32,
             signal_count: cluster.signals.len() as u32,
             first_probe: baked.cluster_probes.len() as u32,
@@ -86,8 +77,7 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
                 probe.support_radius = probe.support_radius.max(distance);
             }
         }
-        baked.receiver_texels.extend(own.iter().map(|r| receivers[*r as usize].texel));
-        baked.border_receivers.extend(beyond.iter().map(|r| receiver_numbers[*r as usize]));
+        baked.receiver_texels.extend(cluster.receivers.iter().map(|r| receivers[*r as usize].texel));
         baked.cluster_signals.extend(&cluster.signals);
         baked.cluster_probes.extend(cluster.probes.iter().map(|p| probe_numbers[*p as usize]));
         baked.receiver_basis.extend(&cluster.factors.receiver_basis);

@@ -14,7 +14,6 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use crate::air_spaces::assign_outlooks;
 use crate::assemble::{BakeParts, assemble};
-use crate::blend::{BlendedGroup, blend_groups};
 use crate::checkpoint::{Checkpoint, FinishedGroup};
 use crate::compress::Compressor;
 use crate::cut::{CutScene, cut_along_walls};
@@ -73,7 +72,6 @@ pub fn bake(
     let split_rule = split_rule(&resolved);
     let largest = resolved.settings.receivers_per_cluster as usize;
     let groups = split_rule.partition(&receivers.receivers, largest);
-    let groups = blend_groups(&receivers.receivers, atlas.width, &groups, resolved.settings.blend_texels);
     let fingerprint = fingerprint(scene_hash, &resolved, receivers.receivers.len(), &probes);
     let worker = GroupWorker {
         tracer: &tracer,
@@ -127,7 +125,7 @@ fn fingerprint(
 /// Gathers and compresses all groups, in parallel, keeping the finished ones in the checkpoint.
 fn gather_groups(
     worker: &GroupWorker<'_>,
-    groups: &[BlendedGroup],
+    groups: &[Vec<u32>],
     checkpoint: Option<&Path>,
     fingerprint: u64,
     progress: &dyn Progress,
@@ -139,7 +137,7 @@ fn gather_groups(
         }
         None => (None, std::collections::HashMap::new()),
     };
-    let total: usize = groups.iter().map(|group| group.receivers.len()).sum();
+    let total: usize = groups.iter().map(Vec::len).sum();
     progress.begin("gathering light", total as u64);
     let known: Vec<Option<FinishedGroup>> = (0..groups.len()).map(|g| known.remove(&(g as u32))).collect();
     let has_failed = AtomicBool::new(false);
@@ -163,7 +161,7 @@ fn gather_groups(
                     finished
                 }
             };
-            progress.advance(group.receivers.len() as u64);
+            progress.advance(group.len() as u64);
             Ok(finished)
         })
         .collect();

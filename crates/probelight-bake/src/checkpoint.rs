@@ -129,7 +129,6 @@ mod tests {
         FinishedGroup {
             clusters: vec![CompressedCluster {
                 receivers: vec![seed, seed + 1],
-                own: 1,
                 signals: vec![4],
                 probes: vec![3],
                 factors: PackedFactors {

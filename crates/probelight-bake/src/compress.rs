@@ -18,10 +18,8 @@ use crate::receivers::Receiver;
 /// A cluster ready for the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CompressedCluster {
-    /// Receivers (indices): its own, then those beyond its border; of both the coarsest lightmap level first.
+    /// Receivers (indices), coarsest lightmap level first.
     pub(crate) receivers: Vec<u32>,
-    /// Number of its own.
-    pub(crate) own: usize,
     /// Scalar signals of the leading columns.
     pub(crate) signals: Vec<u32>,
     /// Probes the other columns belong to.
@@ -34,8 +32,6 @@ pub(crate) struct CompressedCluster {
 pub(crate) struct GroupMatrix<'a> {
     /// Receivers (indices).
     pub(crate) group: &'a [u32],
-    /// How many of them, the first ones, are the group's own; the others lie beyond its border.
-    pub(crate) own: usize,
     /// Two estimates of A from half of the rays each, row-major, one row per receiver of the group.
     pub(crate) halves: [&'a [f32]; 2],
     pub(crate) columns: usize,
@@ -44,11 +40,10 @@ pub(crate) struct GroupMatrix<'a> {
     pub(crate) metric: &'a SignalMetric,
 }
 
-/// A matrix block still to be compressed.
+/// A matrix block still to be compressed: receivers (indices) and their rows of A.
 struct Block {
-    /// Receivers (indices).
     receivers: Vec<u32>,
-    /// Their rows of the group's matrix.
+    /// Row numbers in the cluster's matrix.
     rows: Vec<usize>,
 }
 
@@ -73,7 +68,7 @@ impl Compressor<'_> {
             vec![Block { receivers: matrix.group.to_vec(), rows: (0..matrix.group.len()).collect() }];
         let mut clusters = Vec::new();
         while let Some(mut block) = pending.pop() {
-            self.sort_coarsest_first(&mut block, matrix.own);
+            self.sort_coarsest_first(&mut block);
             let halves = halves
                 .map(|half| Mat::from_fn(block.rows.len(), matrix.columns, |r, c| half[(block.rows[r], c)]));
             let cluster = self.decompose(&block, &halves, matrix);
@@ -99,15 +94,15 @@ impl Compressor<'_> {
         (with_rows(lower), with_rows(upper))
     }
 
-    /// Orders a block's receivers, first the group's `own`, so that each lightmap level is a prefix: texels whose
-    /// coordinates both have k trailing zero bits belong to level k (\[SED\] §5.3).
-    fn sort_coarsest_first(&self, block: &mut Block, own: usize) {
+    /// Orders a block's receivers so that each lightmap level is a prefix: texels whose coordinates both
+    /// have k trailing zero bits belong to level k (\[SED\] §5.3).
+    fn sort_coarsest_first(&self, block: &mut Block) {
         let mut order: Vec<(u32, usize)> =
             block.receivers.iter().copied().zip(block.rows.iter().copied()).collect();
-        order.sort_unstable_by_key(|(receiver, row)| {
+        order.sort_unstable_by_key(|(receiver, _)| {
             let texel = self.receivers[*receiver as usize].texel;
             let (x, y) = (texel % self.lightmap_width, texel / self.lightmap_width);
-            (*row >= own, std::cmp::Reverse((x | y).trailing_zeros()), texel)
+            (std::cmp::Reverse((x | y).trailing_zeros()), texel)
         });
         (block.receivers, block.rows) = order.into_iter().unzip();
     }
@@ -134,7 +129,6 @@ impl Compressor<'_> {
         let target = f64::from(self.settings.max_cluster_error);
         CompressedCluster {
             receivers: block.receivers.clone(),
-            own: block.rows.iter().filter(|row| **row < matrix.own).count(),
             signals: matrix.signals.to_vec(),
             probes: matrix.probes.to_vec(),
             factors: quantize(&factors, &matrix.metric.second_moments(), is_packed, target),
@@ -292,7 +286,6 @@ mod tests {
         let group: Vec<u32> = (0..count as u32).collect();
         compressor.compress(&GroupMatrix {
             group: &group,
-            own: count,
             halves: [rows, rows],
             columns: COLUMNS,
             signals: &[7, 9],

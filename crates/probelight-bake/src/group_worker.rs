@@ -7,7 +7,6 @@ use probelight_math::sh::{Basis, band, coefficient_count};
 use probelight_trace::Tracer;
 
 use crate::atlas::Atlas;
-use crate::blend::BlendedGroup;
 use crate::checkpoint::FinishedGroup;
 use crate::compress::{Compressor, GroupMatrix, bounds_of};
 use crate::gather::{GatherHit, GatherRay, gather_rays};
@@ -63,8 +62,7 @@ struct View {
 
 impl GroupWorker<'_> {
     /// Gathers and compresses a group.
-    pub(crate) fn bake_group(&self, blended: &BlendedGroup) -> FinishedGroup {
-        let group = &blended.receivers[..];
+    pub(crate) fn bake_group(&self, group: &[u32]) -> FinishedGroup {
         let views: Vec<View> = group.iter().map(|r| self.view(*r)).collect();
         let is_hybrid = self.compressor.settings.method == Method::Hybrid;
         let patches = match &self.light.ensemble {
@@ -90,10 +88,8 @@ impl GroupWorker<'_> {
             transport.signals = scalars.numbers();
             transport.drop_unused_signals();
         }
-        transport.scale_rows(&blended.weights);
         let matrix = GroupMatrix {
             group,
-            own: blended.own,
             halves: transport.halves.each_ref().map(Vec::as_slice),
             columns: transport.columns,
             signals: &transport.signals,

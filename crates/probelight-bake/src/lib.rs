@@ -25,7 +25,6 @@ mod air_spaces;
 mod assemble;
 mod atlas;
 mod bake;
-mod blend;
 mod checkpoint;
 mod compress;
 mod cut;

@@ -59,9 +59,6 @@ pub struct BakeOptions {
     /// Most receivers in a cluster. Default 512, with the paper's method 256: probes serve a cluster well only if it is small against the
     /// distance between them.
     pub receivers_per_cluster: Option<u32>,
-    /// How far clusters reach over their borders to blend with their neighbours, texels; 0 for hard borders.
-    /// Default 2, with the paper's method 0.
-    pub blend_texels: Option<u32>,
     /// Use the scene's second texture coordinates for the lightmap where they are valid.
     pub use_uv1: bool,
     /// Seed of all random numbers. Default 0.
@@ -93,7 +90,6 @@ struct MethodDefaults {
     gather_rays_factor: u32,
     probes_per_cluster: u32,
     receivers_per_cluster: u32,
-    blend_texels: u32,
 }
 
 impl MethodDefaults {
@@ -105,7 +101,6 @@ impl MethodDefaults {
                 gather_rays_factor: 2,
                 probes_per_cluster: 10,
                 receivers_per_cluster: 256,
-                blend_texels: 0,
             },
             // Surfels bring the detail, so fewer probes do; the compression takes noise away.
             Method::Hybrid => Self {
@@ -114,7 +109,6 @@ impl MethodDefaults {
                 gather_rays_factor: 1,
                 probes_per_cluster: 6,
                 receivers_per_cluster: 512,
-                blend_texels: 2,
             },
         }
     }
@@ -252,13 +246,6 @@ impl BakeOptions {
                 defaults.receivers_per_cluster,
                 16..=4096,
                 "16 to 4096",
-            )?,
-            blend_texels: within(
-                "the texels over which clusters blend",
-                self.blend_texels,
-                defaults.blend_texels,
-                0..=8,
-                "0 to 8",
             )?,
             max_rank: within("the rank", self.max_rank, preset.max_rank, 1..=256, "1 to 256")?,
             max_cluster_error: max_error.unwrap_or(preset.max_cluster_error),

@@ -35,15 +35,6 @@ pub(crate) struct Transport {
 }
 
 impl Transport {
-    /// Multiplies each row by a factor of its own.
-    pub(crate) fn scale_rows(&mut self, factors: &[f32]) {
-        for half in &mut self.halves {
-            for (row, factor) in half.chunks_mut(self.columns.max(1)).zip(factors) {
-                row.iter_mut().for_each(|value| *value *= factor);
-            }
-        }
-    }
-
     /// Removes scalar signals that no receiver of the cluster takes light from.
     pub(crate) fn drop_unused_signals(&mut self) {
         let is_used: Vec<bool> = (0..self.columns)

@@ -14,7 +14,6 @@ pub fn frame_bytes(baked: &BakedScene) -> usize {
         + size_of_val(&baked.cluster_signals[..])
         + size_of_val(&baked.cluster_probes[..]);
     let lightmap = size_of_val(&baked.receiver_texels[..])
-        + size_of_val(&baked.border_receivers[..])
         + size_of_val(&baked.lightmap.dilation[..])
         + baked.receiver_texels.len() * size_of::<Vec3>();
     // Per sample a reflectance and a texel, per surfel its kept mean besides its range.
@@ -52,11 +51,8 @@ pub fn stage_bytes(baked: &BakedScene, lights_move: bool) -> [u64; 5] {
         + signals
         + probes
         + coefficients;
-    // A receiver's irradiance, the number of its texel, and the texel; beyond borders a place to add to.
-    let gather = size_of_val(&baked.receiver_basis[..])
-        + coefficients
-        + receivers * (2 * rgb + 4)
-        + baked.border_receivers.len() * (2 * rgb + 4);
+    // A receiver's irradiance, the number of its texel, and the texel.
+    let gather = size_of_val(&baked.receiver_basis[..]) + coefficients + receivers * (2 * rgb + 4);
     let dilate = baked.lightmap.dilation.len() * (2 * rgb + 8);
     [light, relight, project, gather, dilate].map(|bytes| bytes as u64)
 }

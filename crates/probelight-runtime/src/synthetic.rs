@@ -17,8 +17,6 @@ pub struct SyntheticSize {
     pub clusters: usize,
     /// Receivers of each.
     pub receivers_per_cluster: usize,
-    /// Receivers beyond the border of each.
-    pub border_receivers_per_cluster: usize,
     /// Singular values of each.
     pub ranks: Ranks,
     /// Number of surfels.
@@ -55,7 +53,6 @@ impl SyntheticSize {
         Self {
             clusters: receivers.div_ceil(receivers_per_cluster),
             receivers_per_cluster,
-            border_receivers_per_cluster: 64,
             ranks: Ranks { f16: 0, snorm8: 16, snorm4: 8 },
             surfels,
             samples_per_surfel: 7,
@@ -75,7 +72,6 @@ impl SyntheticSize {
     pub fn paper(receivers: usize) -> Self {
         let (probes, rays) = (receivers.div_ceil(300), 512);
         Self {
-            border_receivers_per_cluster: 0,
             ranks: Ranks { f16: 32, snorm8: 0, snorm4: 0 },
             surfels: probes * rays,
             samples_per_surfel: 1,
@@ -300,8 +296,6 @@ fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSiz
         bounds: Bounds { min: Vec3::ZERO, max: Vec3::ONE },
         first_receiver: (index * size.receivers_per_cluster) as u32,
         receiver_count: size.receivers_per_cluster as u32,
-        first_border_receiver: baked.border_receivers.len() as u32,
-        border_receiver_count: size.border_receivers_per_cluster as u32,
         first_signal: baked.cluster_signals.len() as u32,
         signal_count: signal_count as u32,
         first_probe: baked.cluster_probes.len() as u32,
@@ -313,14 +307,6 @@ fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSiz
         column_exponent_offset: baked.column_exponents.len() as u64,
         error: 0.0,
     };
-    let beyond = Neighbours::within(
-        size,
-        index,
-        size.clusters,
-        baked.receiver_texels.len(),
-        3 * size.receivers_per_cluster,
-    );
-    baked.border_receivers.extend((0..size.border_receivers_per_cluster).map(|_| beyond.pick(rng)));
     let (signals, columns) = (baked.scalar_signals(), baked.column_count(&cluster));
     let near = Neighbours::new(size, index, size.clusters, signals);
     baked.cluster_signals.extend((0..signal_count).map(|_| near.pick(rng)));
@@ -330,7 +316,7 @@ fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSiz
     for k in 0..ranks.total() as usize {
         baked.row_scales.push(0.01 + 0.02 * rng.next_f32());
         let mut line = |count: usize| (0..count).map(|_| 2.0 * rng.next_f32() - 0.9).collect::<Vec<f32>>();
-        ranks.precision(k).pack(&line(cluster.rows() as usize), &mut baked.receiver_basis);
+        ranks.precision(k).pack(&line(size.receivers_per_cluster), &mut baked.receiver_basis);
         ranks.precision(k).pack(&line(columns), &mut baked.signal_basis);
     }
     baked.clusters.push(cluster);

@@ -214,7 +214,6 @@ fn identity_matrices_pass_the_columns_in_order() {
         let size = Size {
             clusters: 1,
             receivers_per_cluster: columns,
-            border_receivers_per_cluster: 0,
             ranks,
             signals_per_cluster: scalars,
             probes,

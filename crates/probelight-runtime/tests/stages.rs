@@ -96,14 +96,13 @@ proptest! {
     #[test]
     fn stages_equal_the_slow_frame_at_any_size(
         (clusters, receivers_per_cluster, ranks) in (1usize..6, 1usize..200, ranks()),
-        border_receivers_per_cluster in 0usize..80,
         (surfels, samples_per_surfel, surfel_groups) in (1usize..50, 1usize..6, 0usize..50),
         (emitters, sky_degree) in (0usize..3, prop::option::of(0u32..5)),
         (signals_per_cluster, probes, sh_degree) in (0usize..70, 1usize..12, 0usize..6),
         varied in any::<bool>(),
     ) {
         let size = Size {
-            clusters, receivers_per_cluster, border_receivers_per_cluster, ranks, surfels, samples_per_surfel, surfel_groups, emitters,
+            clusters, receivers_per_cluster, ranks, surfels, samples_per_surfel, surfel_groups, emitters,
             sky_degree, signals_per_cluster, probes, sh_degree, varied, probes_per_cluster: probes % 4, rays: 50,
         };
         compare(random_room(size));

@@ -106,9 +106,7 @@ fn clusters_are_checked() {
     refused("entry 1 of the clusters' signals is 10", |b| b.cluster_signals[1] = 10);
     refused("entry 1 of the clusters' signals is 9 of 6", |b| b.settings.sky_degree = None);
     refused("entry 2 of the clusters' probes is 2", |b| b.cluster_probes[2] = 2);
-    refused("entry 2 of the receivers beyond borders is 5", |b| b.border_receivers[2] = 5);
     refused("cluster 1 does not start", |b| b.clusters[1].first_receiver = 2);
-    refused("cluster 1 does not start", |b| b.clusters[1].first_border_receiver = 0);
     refused("cluster 1 does not start", |b| b.clusters[1].first_signal = 1);
     refused("cluster 1 does not start", |b| b.clusters[1].first_probe = u32::MAX);
     refused("cluster 1 does not start", |b| b.clusters[1].receiver_basis_offset = 5);
@@ -119,7 +117,6 @@ fn clusters_are_checked() {
     refused("the clusters need", |b| b.clusters[1].signal_count = 0);
     refused("the clusters need", |b| b.clusters[1].probe_count = 0);
     refused("the clusters need", |b| b.clusters[1].receiver_count = u32::MAX);
-    refused("the clusters need", |b| b.border_receivers.push(0));
     refused("the clusters need", |b| b.clusters.truncate(1));
     refused("the clusters need", |b| b.row_scales.push(1.0));
     refused("the clusters need", |b| b.column_exponents.push(1));

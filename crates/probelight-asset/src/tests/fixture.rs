@@ -9,7 +9,7 @@ use crate::{
     Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
 };
 
-/// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters that blend, two probes, three surfels in two
+/// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters, two probes, three surfels in two
 /// groups, an emitter, a sky of four signals.
 pub(super) fn baked_scene() -> BakedScene {
     BakedScene {
@@ -37,7 +37,6 @@ pub(super) fn baked_scene() -> BakedScene {
         cluster_signals: vec![3, 9, 0],
         cluster_probes: vec![1, 0, 1],
         receiver_texels: vec![0, 2, 1, 7, 10],
-        border_receivers: vec![4, 0, 1],
         receiver_basis: vec![0xbc00_3555, 0x0001_7bff, 0x0081_7f01, 0x7000_0000],
         signal_basis: (0..5)
             .map(|i| 0x0001_3c00 * i)
@@ -130,7 +129,6 @@ fn settings() -> BakeSettings {
         relight_rays: 3,
         probes_per_cluster: 8,
         receivers_per_cluster: 1024,
-        blend_texels: 2,
         max_rank: 32,
         max_cluster_error: 0.01,
         seed: u64::MAX,
@@ -187,8 +185,6 @@ fn clusters() -> Vec<Cluster> {
         bounds,
         first_receiver: 0,
         receiver_count: 3,
-        first_border_receiver: 0,
-        border_receiver_count: 1,
         first_signal: 0,
         signal_count: 2,
         first_probe: 0,
@@ -204,8 +200,6 @@ fn clusters() -> Vec<Cluster> {
         bounds,
         first_receiver: 3,
         receiver_count: 2,
-        first_border_receiver: 1,
-        border_receiver_count: 2,
         first_signal: 2,
         signal_count: 1,
         first_probe: 2,

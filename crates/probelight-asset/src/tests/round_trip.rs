@@ -81,7 +81,7 @@ type ClusterSize = (u32, u32, u32, [u32; 3]);
 fn with_clusters(sizes: &[ClusterSize], values: &[f32]) -> BakedScene {
     let mut baked = baked_scene();
     baked.clusters.clear();
-    let (mut receivers, mut borders, mut signals, mut probes) = (0, 0, 0, 0);
+    let (mut receivers, mut signals, mut probes) = (0, 0, 0);
     baked.receiver_basis.clear();
     baked.signal_basis.clear();
     baked.row_scales.clear();
@@ -93,8 +93,6 @@ fn with_clusters(sizes: &[ClusterSize], values: &[f32]) -> BakedScene {
             bounds: Bounds { min: Vec3::NEG_ONE, max: Vec3::splat(value(receivers as usize).abs()) },
             first_receiver: receivers,
             receiver_count,
-            first_border_receiver: borders,
-            border_receiver_count: receiver_count / 2,
             first_signal: signals,
             signal_count,
             first_probe: probes,
@@ -108,21 +106,19 @@ fn with_clusters(sizes: &[ClusterSize], values: &[f32]) -> BakedScene {
         };
         let columns = baked.column_count(&cluster);
         for k in 0..ranks.total() as usize {
-            let line = |count: u64| (0..count as usize).map(|i| value(i + k)).collect::<Vec<f32>>();
-            ranks.precision(k).pack(&line(cluster.rows()), &mut baked.receiver_basis);
-            ranks.precision(k).pack(&line(columns as u64), &mut baked.signal_basis);
+            let line = |count: usize| (0..count).map(|i| value(i + k)).collect::<Vec<f32>>();
+            ranks.precision(k).pack(&line(receiver_count as usize), &mut baked.receiver_basis);
+            ranks.precision(k).pack(&line(columns), &mut baked.signal_basis);
             baked.row_scales.push(value(k));
         }
         baked.column_exponents.extend((0..columns).map(|column| (column * 7) as u8));
         baked.clusters.push(cluster);
         (receivers, signals) = (receivers + receiver_count, signals + signal_count);
-        borders += receiver_count / 2;
         probes += probe_count;
     }
     (baked.lightmap.width, baked.lightmap.height) = (64, 64);
     baked.lightmap.dilation.clear();
     baked.receiver_texels = (0..receivers).rev().collect();
-    baked.border_receivers = (0..borders).collect();
     baked.cluster_signals = (0..signals).map(|s| s % 10).collect();
     baked.cluster_probes = (0..probes).map(|p| p % 2).collect();
     baked

@@ -16,13 +16,6 @@ impl BakedScene {
         for (i, probe) in self.cluster_probes.iter().enumerate() {
             ensure!((*probe as usize) < probes, "entry {i} of the clusters' probes is {probe} of {probes}");
         }
-        let receivers = self.receiver_texels.len();
-        for (i, receiver) in self.border_receivers.iter().enumerate() {
-            ensure!(
-                (*receiver as usize) < receivers,
-                "entry {i} of the receivers beyond borders is {receiver} of {receivers}"
-            );
-        }
         let mut end = ClusterEnd::default();
         for (c, cluster) in self.clusters.iter().enumerate() {
             ensure!(end.is_start_of(cluster), "cluster {c} does not start where the one before it ends");
@@ -36,8 +29,7 @@ impl BakedScene {
                 .ok_or_else(|| format!("cluster {c} is too large"))?;
         }
         let lengths = ClusterEnd {
-            receivers: receivers as u64,
-            border_receivers: self.border_receivers.len() as u64,
+            receivers: self.receiver_texels.len() as u64,
             signals: self.cluster_signals.len() as u64,
             probes: self.cluster_probes.len() as u64,
             receiver_basis: self.receiver_basis.len() as u64,
@@ -54,7 +46,7 @@ impl BakedScene {
         for (c, cluster) in self.clusters.iter().enumerate() {
             let u = &self.receiver_basis[cluster.receiver_basis_offset as usize..];
             let sv = &self.signal_basis[cluster.signal_basis_offset as usize..];
-            let usable = lines_are_usable(u, cluster.ranks, cluster.rows() as usize)
+            let usable = lines_are_usable(u, cluster.ranks, cluster.receiver_count as usize)
                 && lines_are_usable(sv, cluster.ranks, self.column_count(cluster));
             ensure!(usable, "a transport matrix of cluster {c} has a value that is not finite, or below −1");
         }
@@ -81,7 +73,6 @@ fn lines_are_usable(matrix: &[u32], ranks: Ranks, count: usize) -> bool {
 #[derive(Debug, Default, PartialEq)]
 struct ClusterEnd {
     receivers: u64,
-    border_receivers: u64,
     signals: u64,
     probes: u64,
     receiver_basis: u64,
@@ -93,7 +84,6 @@ struct ClusterEnd {
 impl ClusterEnd {
     fn is_start_of(&self, cluster: &Cluster) -> bool {
         u64::from(cluster.first_receiver) == self.receivers
-            && u64::from(cluster.first_border_receiver) == self.border_receivers
             && u64::from(cluster.first_signal) == self.signals
             && u64::from(cluster.first_probe) == self.probes
             && cluster.receiver_basis_offset == self.receiver_basis
@@ -106,15 +96,14 @@ impl ClusterEnd {
     fn advance(&mut self, cluster: &Cluster, coefficients: u64) -> Option<()> {
         let ranks = cluster.ranks;
         let rank = ranks.f16.checked_add(ranks.snorm8)?.checked_add(ranks.snorm4)?;
+        let receivers = u64::from(cluster.receiver_count);
         let columns = u64::from(cluster.signal_count) + u64::from(cluster.probe_count) * coefficients;
         // With lines shorter than this, the words of a matrix cannot overflow.
         u32::try_from(columns).ok()?;
-        self.receivers = self.receivers.checked_add(u64::from(cluster.receiver_count))?;
-        self.border_receivers =
-            self.border_receivers.checked_add(u64::from(cluster.border_receiver_count))?;
+        self.receivers = self.receivers.checked_add(receivers)?;
         self.signals = self.signals.checked_add(u64::from(cluster.signal_count))?;
         self.probes = self.probes.checked_add(u64::from(cluster.probe_count))?;
-        self.receiver_basis = self.receiver_basis.checked_add(cluster.receiver_basis_words())?;
+        self.receiver_basis = self.receiver_basis.checked_add(ranks.words(receivers))?;
         self.signal_basis = self.signal_basis.checked_add(ranks.words(columns))?;
         self.row_scales = self.row_scales.checked_add(u64::from(rank))?;
         self.column_exponents = self.column_exponents.checked_add(columns)?;

@@ -1,5 +1,4 @@
-//! Stage 4: irradiance at every receiver, E = U·b (\[SED\] eq. 6), summed where clusters blend, and its way into the
-//! lightmap.
+//! Stage 4: irradiance at every receiver, E = U·b (\[SED\] eq. 6), and its way into the lightmap.
 
 use probelight_asset::packed::Ranks;
 use probelight_asset::{BakedScene, Cluster};
@@ -7,7 +6,7 @@ use probelight_math::glam::Vec3;
 
 use super::clusters_in_parallel::for_each_cluster;
 use super::padded_end::PaddedEnd;
-use super::scatter::Scatter;
+use super::texel_copies::TexelCopies;
 use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes};
 use crate::IrradianceLightmap;
@@ -22,10 +21,7 @@ const VECTORS: usize = 4;
 #[derive(Clone, Debug)]
 pub struct ReceiverIrradiance {
     values: Vec<Vec3>,
-    /// What clusters say of receivers beyond their borders.
-    border_values: Vec<Vec3>,
-    blend: Scatter,
-    copies: Scatter,
+    copies: TexelCopies,
     basis_end: PaddedEnd,
 }
 
@@ -34,9 +30,7 @@ impl ReceiverIrradiance {
     pub fn new(baked: &BakedScene) -> Self {
         Self {
             values: vec![Vec3::ZERO; baked.receiver_texels.len()],
-            border_values: vec![Vec3::ZERO; baked.border_receivers.len()],
-            blend: Scatter::new(baked.border_receivers.iter().copied().zip(0..)),
-            copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..)),
+            copies: TexelCopies::new(baked.receiver_texels.iter().copied().zip(0..)),
             basis_end: PaddedEnd::new(
                 &baked.receiver_basis,
                 baked.clusters.iter().map(|cluster| cluster.receiver_basis_offset),
@@ -63,33 +57,27 @@ impl ReceiverIrradiance {
         lightmap: &mut IrradianceLightmap,
     ) {
         let end = &self.basis_end;
-        let starts =
-            |cluster: &Cluster| [cluster.first_receiver as usize, cluster.first_border_receiver as usize];
-        let outputs = [&mut self.values[..], &mut self.border_values[..]];
-        for_each_cluster(&baked.clusters, outputs, &starts, &|cluster, [own, beyond]| {
+        let start = |cluster: &Cluster| cluster.first_receiver as usize;
+        for_each_cluster(&baked.clusters, &mut self.values, &start, &|cluster, receivers| {
             let b = &coefficients[cluster.row_scale_offset as usize..][..cluster.ranks.total() as usize];
             let basis = end.words_from(&baked.receiver_basis, cluster.receiver_basis_offset);
-            gather_cluster(basis, cluster.ranks, b, own, beyond);
+            gather_cluster(basis, cluster.ranks, b, receivers);
         });
-        self.blend.add(&self.border_values, &mut self.values);
-        self.copies.copy(&self.values, &mut lightmap.texels);
+        self.copies.apply(&self.values, &mut lightmap.texels);
     }
 }
 
-/// E = U·b for one cluster, for its `own` receivers and those `beyond` its border; `basis` starts with U, column by
-/// column.
-fn gather_cluster(basis: &[u32], ranks: Ranks, b: &[[f32; 3]], own: &mut [Vec3], beyond: &mut [Vec3]) {
-    let rows = own.len() + beyond.len();
-    let mut places = own.iter_mut().chain(beyond);
-    for first in (0..rows).step_by(BLOCK) {
-        let block = Block { rows, first };
-        let sums = match (rows - first).div_ceil(LANES) {
-            1 => block.gather::<1>(basis, ranks, b),
-            2 => block.gather::<2>(basis, ranks, b),
-            3 => block.gather::<3>(basis, ranks, b),
-            _ => block.gather::<VECTORS>(basis, ranks, b),
-        };
-        sums.into_iter().zip(&mut places).for_each(|(sum, place)| *place = sum);
+/// E = U·b for one cluster; `basis` starts with U, column by column.
+fn gather_cluster(basis: &[u32], ranks: Ranks, b: &[[f32; 3]], receivers: &mut [Vec3]) {
+    let rows = receivers.len();
+    for (block, receivers) in receivers.chunks_mut(BLOCK).enumerate() {
+        let block = Block { rows, first: block * BLOCK };
+        match receivers.len().div_ceil(LANES) {
+            1 => block.gather::<1>(basis, ranks, b, receivers),
+            2 => block.gather::<2>(basis, ranks, b, receivers),
+            3 => block.gather::<3>(basis, ranks, b, receivers),
+            _ => block.gather::<VECTORS>(basis, ranks, b, receivers),
+        }
     }
 }
 
@@ -103,23 +91,20 @@ struct Block {
 }
 
 impl Block {
-    /// E of `N` vectors of receivers, the last of which may reach beyond them.
+    /// E of up to `N` vectors of receivers.
     #[inline(always)]
-    fn gather<const N: usize>(self, basis: &[u32], ranks: Ranks, b: &[[f32; 3]]) -> [Vec3; BLOCK] {
+    fn gather<const N: usize>(self, basis: &[u32], ranks: Ranks, b: &[[f32; 3]], receivers: &mut [Vec3]) {
         let mut sums = [[Lanes::ZERO; 3]; N];
         let (f16, integers) = b.split_at(ranks.f16 as usize);
         let (snorm8, snorm4) = integers.split_at(ranks.snorm8 as usize);
         let basis = self.add_section::<F16, N>(&mut sums, basis, f16);
         let basis = self.add_section::<Snorm8, N>(&mut sums, basis, snorm8);
         self.add_section::<Snorm4, N>(&mut sums, basis, snorm4);
-        let mut irradiance = [Vec3::ZERO; BLOCK];
-        for (receivers, sums) in irradiance.chunks_mut(LANES).zip(sums) {
+        for (receivers, sums) in receivers.chunks_mut(LANES).zip(sums) {
             let [red, green, blue] = sums.map(Lanes::to_array);
-            for (i, receiver) in receivers.iter_mut().enumerate() {
-                *receiver = Vec3::new(red[i], green[i], blue[i]);
-            }
+            let vector: [Vec3; LANES] = std::array::from_fn(|i| Vec3::new(red[i], green[i], blue[i]));
+            receivers.copy_from_slice(&vector[..receivers.len()]);
         }
-        irradiance
     }
 
     /// Adds the columns of one precision. Returns what lies behind them.

@@ -11,8 +11,8 @@ mod padded_end;
 mod per_thread;
 pub mod project_clusters;
 pub mod relight_probes;
-mod scatter;
 mod sky_signals;
+mod texel_copies;
 mod unpack;
 
 pub use dilate_lightmap::Dilation;

@@ -45,9 +45,9 @@ impl ClusterCoefficients {
 
     /// Computes b from the scalar signals and the probes' coefficients.
     pub fn project_clusters(&mut self, baked: &BakedScene, signals: &[Vec3], probes: &ProbeRadiance) {
-        let starts = |cluster: &Cluster| [cluster.row_scale_offset as usize];
+        let start = |cluster: &Cluster| cluster.row_scale_offset as usize;
         let (columns, factors, end) = (&self.columns, &self.column_factors, &self.basis_end);
-        for_each_cluster(&baked.clusters, [&mut self.values], &starts, &|cluster, [b]| {
+        for_each_cluster(&baked.clusters, &mut self.values, &start, &|cluster, b| {
             let mut columns = columns.lock();
             columns.load_signals(baked, cluster, signals);
             columns.load_probes(baked, cluster, probes);

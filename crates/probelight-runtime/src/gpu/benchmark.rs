@@ -102,8 +102,7 @@ impl GpuRuntime {
             Stage::ProjectClusters => clusters(|shard| shard.projection_bytes()) + buffers.signals.size(),
             Stage::GatherReceivers => {
                 let texels = texel * baked.receiver_texels.len() as u64;
-                let borders = buffers.border_irradiance.size() + self.stages.blend_borders.bytes();
-                clusters(|shard| shard.gather_bytes()) + buffers.irradiance.size() + texels + borders
+                clusters(|shard| shard.gather_bytes()) + buffers.irradiance.size() + texels
             }
             Stage::DilateLightmap => dilated * (8 + rgb + texel),
             Stage::ReduceLightmap => (1..levels).map(|n| level(n - 1) + level(n)).sum(),

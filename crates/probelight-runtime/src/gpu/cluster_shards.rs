@@ -12,7 +12,7 @@ use super::device::GpuError;
 use super::frame_buffers::RGB_BYTES;
 use super::storage::Storage;
 
-/// Rows of U that a workgroup computes in `gather_receivers`: `BLOCK` in its shader.
+/// Receivers of a workgroup of `gather_receivers`: `BLOCK` in its shader.
 pub(super) const GATHER_BLOCK: u32 = 256;
 
 /// Where a cluster's parts lie in the buffers of its shard.
@@ -25,10 +25,6 @@ pub(super) struct ClusterRecord {
     pub(super) first_texel: u32,
     /// Number of receivers.
     pub(super) receiver_count: u32,
-    /// First receiver beyond the border, among all of these.
-    pub(super) first_border_receiver: u32,
-    /// Number of these.
-    pub(super) border_receiver_count: u32,
     /// First column of ΣVᵀ in the shard's numbers of signals.
     pub(super) first_column: u32,
     /// Number of columns.
@@ -55,7 +51,7 @@ pub(super) struct ClusterRecord {
 pub(super) struct GatherTask {
     /// Index of the cluster in its shard.
     pub(super) cluster: u32,
-    /// First row of U.
+    /// First receiver, counted within the cluster.
     pub(super) first: u32,
 }
 
@@ -158,8 +154,6 @@ impl<'a> ShardArrays<'a> {
             first_receiver: cluster.first_receiver,
             first_texel: cluster.first_receiver - first.first_receiver,
             receiver_count: cluster.receiver_count,
-            first_border_receiver: cluster.first_border_receiver,
-            border_receiver_count: cluster.border_receiver_count,
             first_column: self.column_signals.len() as u32,
             column_count: baked.column_count(cluster) as u32,
             rank_f16: cluster.ranks.f16,
@@ -174,7 +168,7 @@ impl<'a> ShardArrays<'a> {
         let exponents = &baked.column_exponents[cluster.column_exponent_offset as usize..];
         self.exponents.extend(&exponents[..baked.column_count(cluster)]);
         self.exponents.resize(self.exponents.len().next_multiple_of(4), 0);
-        let blocks = (0..cluster.rows() as u32).step_by(GATHER_BLOCK as usize);
+        let blocks = (0..cluster.receiver_count).step_by(GATHER_BLOCK as usize);
         self.tasks.extend(blocks.map(|first| GatherTask { cluster: index, first }));
     }
 

@@ -35,8 +35,6 @@ pub struct FrameBuffers {
     pub signals: wgpu::Buffer,
     /// Three `f32` for each receiver in the order of [`BakedScene::receiver_texels`], W/m².
     pub irradiance: wgpu::Buffer,
-    /// Three `f32` for each of [`BakedScene::border_receivers`], W/m².
-    pub(super) border_irradiance: wgpu::Buffer,
     /// Irradiance per texel of the lightmap, W/m², with [`LIGHTMAP_FORMAT`]. Texel (x, y) of level 0 is that of the
     /// CPU's [`IrradianceLightmap`](crate::IrradianceLightmap). Alpha is 1 where there is light, else 0.
     pub lightmap: wgpu::Texture,
@@ -60,8 +58,6 @@ impl FrameBuffers {
         Ok(Self {
             signals: storage.zeros("signals", RGB_BYTES * signals)?,
             irradiance: storage.zeros("irradiance", RGB_BYTES * baked.receiver_texels.len() as u64)?,
-            border_irradiance: storage
-                .zeros("irradiance beyond borders", RGB_BYTES * baked.border_receivers.len() as u64)?,
             lightmap_view: lightmap.create_view(&wgpu::TextureViewDescriptor::default()),
             lightmap,
             shape: storage.uniform("signal shape", &shape),

@@ -22,11 +22,7 @@ impl GatherReceivers {
         let bind = |shard: &ClusterShard| {
             let input = [&shard.clusters, &shard.tasks, &shard.receiver_basis, &shard.coefficients];
             let mut resources = whole(&input);
-            resources.extend(whole(&[
-                &shard.receiver_texels,
-                &buffers.irradiance,
-                &buffers.border_irradiance,
-            ]));
+            resources.extend(whole(&[&shard.receiver_texels, &buffers.irradiance]));
             resources.push(BindingResource::TextureView(&texels));
             (kernel.bind(device, 0, &resources), shard.task_count)
         };

@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Literal, Module, TypeInner};
 
-use super::blend_borders::BlendedReceiver;
 use super::cluster_shards::{ClusterRecord, GATHER_BLOCK, GatherTask};
 use super::dilate_lightmap::TexelCopy;
 use super::frame_buffers::SignalShape;
@@ -147,11 +146,10 @@ fn structs_are_the_same_on_both_sides() {
         compare!(m, Levels as "Levels" { first_group, level_count }),
         compare!(m, SignalShape as "SignalShape" { scalar_signals, coefficients, rays, probes }),
         compare!(m, ClusterRecord as "ClusterRecord" {
-            first_receiver, first_texel, receiver_count, first_border_receiver, border_receiver_count,
-            first_column, column_count, rank_f16, rank_snorm8, rank_snorm4, receiver_basis_offset, signal_basis_offset, first_row, exponent_offset
+            first_receiver, first_texel, receiver_count, first_column, column_count, rank_f16, rank_snorm8,
+            rank_snorm4, receiver_basis_offset, signal_basis_offset, first_row, exponent_offset
         }),
         compare!(m, GatherTask as "GatherTask" { cluster, first }),
-        compare!(m, BlendedReceiver as "BlendedReceiver" { receiver, texel, first_source, source_count }),
         compare!(m, TexelCopy as "TexelCopy" { texel, receiver }),
         compare!(m, LightRecord as "Light" {
             position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count, unused
@@ -211,7 +209,6 @@ fn constants_are_the_same_on_both_sides() {
     for entry_point in ["light_samples", "shade_surfels", "light_surfels"] {
         assert_eq!(workgroup_size(entry_point) as usize, super::light_surfels::WORKGROUP);
     }
-    assert_eq!(workgroup_size("blend_borders") as usize, super::blend_borders::WORKGROUP);
     assert_eq!(workgroup_size("dilate_lightmap") as usize, super::dilate_lightmap::WORKGROUP);
     assert_eq!(workgroup_size("reduce_lightmap"), super::reduce_lightmap::WORKGROUP.pow(2));
     for entry_point in ["group_level", "group_levels"] {

@@ -51,10 +51,6 @@ pub(super) const GATHER_RECEIVERS: Shader = Shader {
     entry_point: "gather_receivers",
     parts: &[DISPATCH, CLUSTER, UNPACK, LIGHTMAP_TEXEL, include_str!("../shaders/gather_receivers.wgsl")],
 };
-pub(super) const BLEND_BORDERS: Shader = Shader {
-    entry_point: "blend_borders",
-    parts: &[DISPATCH, LIGHTMAP_TEXEL, include_str!("../shaders/blend_borders.wgsl")],
-};
 pub(super) const DILATE_LIGHTMAP: Shader = Shader {
     entry_point: "dilate_lightmap",
     parts: &[DISPATCH, LIGHTMAP_TEXEL, include_str!("../shaders/dilate_lightmap.wgsl")],
@@ -76,7 +72,6 @@ pub const STAGE_SHADERS: &[Shader] = &[
     RELIGHT_PROBES,
     PROJECT_CLUSTERS,
     GATHER_RECEIVERS,
-    BLEND_BORDERS,
     DILATE_LIGHTMAP,
     REDUCE_LIGHTMAP,
     COPY_WORDS,

@@ -6,9 +6,6 @@ struct ClusterRecord {
     /// In the shard's `receiver_texels`.
     first_texel: u32,
     receiver_count: u32,
-    /// In `border_irradiance`.
-    first_border_receiver: u32,
-    border_receiver_count: u32,
     /// In `column_signals`.
     first_column: u32,
     column_count: u32,
@@ -24,11 +21,6 @@ struct ClusterRecord {
     first_row: u32,
     /// First word of the columns' exponents, four to a word.
     exponent_offset: u32,
-}
-
-/// Rows of U: the cluster's receivers, then those beyond its border.
-fn receiver_rows(cluster: ClusterRecord) -> u32 {
-    return cluster.receiver_count + cluster.border_receiver_count;
 }
 
 fn rank(cluster: ClusterRecord) -> u32 {

@@ -1,17 +1,16 @@
-// Stage 4: irradiance at every receiver, E = U·b ([SED] eq. 6), and its way into the lightmap. Where clusters blend,
-// blend_borders has the last word.
+// Stage 4: irradiance at every receiver, E = U·b ([SED] eq. 6), and its way into the lightmap.
 //
-// A workgroup computes up to BLOCK rows of U of one cluster, an invocation four of them: a quad of each column of
+// A workgroup computes up to BLOCK receivers of one cluster, an invocation four of them: a quad of each column of
 // U. The results go by way of workgroup memory, so that neighbouring invocations write neighbouring numbers.
 
 struct GatherTask {
     cluster: u32,
-    /// First row of U; a multiple of BLOCK.
+    /// First receiver, counted within the cluster; a multiple of BLOCK.
     first: u32,
 }
 
 const WORKGROUP: u32 = 64u;
-/// Rows of a workgroup.
+/// Receivers of a workgroup.
 const BLOCK: u32 = 4u * WORKGROUP;
 
 @group(0) @binding(0) var<storage, read> clusters: array<ClusterRecord>;
@@ -22,9 +21,7 @@ const BLOCK: u32 = 4u * WORKGROUP;
 @group(0) @binding(4) var<storage, read> receiver_texels: array<u32>;
 /// Irradiance of all receivers, W/m².
 @group(0) @binding(5) var<storage, read_write> irradiance: array<f32>;
-/// What clusters say of receivers beyond their borders, W/m².
-@group(0) @binding(6) var<storage, read_write> border_irradiance: array<f32>;
-@group(0) @binding(7) var lightmap: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(6) var lightmap: texture_storage_2d<rgba16float, write>;
 
 var<workgroup> rows: array<vec3f, WORKGROUP>;
 var<workgroup> results: array<array<f32, 3>, BLOCK>;
@@ -44,8 +41,8 @@ fn add_column(sums: Sums, values: vec4f, b: vec3f) -> Sums {
 /// Adds columns `first` to `end` of U, all of one encoding, to the sums of a quad; b is in `rows`, from row `tile` on.
 fn add_columns(sums: Sums, cluster: ClusterRecord, encoding: u32, first: u32, end: u32, tile: u32, quad: u32) -> Sums {
     var added = sums;
-    let words = line_words(encoding, receiver_rows(cluster));
-    var line = cluster.receiver_basis_offset + line_start(cluster, first, receiver_rows(cluster));
+    let words = line_words(encoding, cluster.receiver_count);
+    var line = cluster.receiver_basis_offset + line_start(cluster, first, cluster.receiver_count);
     var row = first;
     // Four at a time, so that their loads are under way together.
     for (; row + 4u <= end; row += 4u) {
@@ -89,7 +86,7 @@ fn gather_receivers(
             rows[local] = vec3f(coefficients[at], coefficients[at + 1u], coefficients[at + 2u]);
         }
         workgroupBarrier();
-        if 4u * quad < receiver_rows(cluster) {
+        if 4u * quad < cluster.receiver_count {
             let snorm8 = clamp(cluster.rank_f16, tile, end);
             let snorm4 = clamp(cluster.rank_f16 + cluster.rank_snorm8, tile, end);
             sums = add_columns(sums, cluster, F16, tile, snorm8, tile, quad);
@@ -101,15 +98,9 @@ fn gather_receivers(
         results[4u * local + i] = array<f32, 3>(sums.red[i], sums.green[i], sums.blue[i]);
     }
     workgroupBarrier();
-    // The cluster's own receivers are the first rows.
-    let receivers = min(BLOCK, max(cluster.receiver_count, first) - first);
-    let rows_of_block = min(BLOCK, receiver_rows(cluster) - first);
+    let receivers = min(BLOCK, cluster.receiver_count - first);
     for (var i = local; i < 3u * receivers; i += WORKGROUP) {
         irradiance[3u * (cluster.first_receiver + first) + i] = results[i / 3u][i % 3u];
-    }
-    let first_beyond = cluster.first_border_receiver + first + receivers - cluster.receiver_count;
-    for (var i = local; i < 3u * (rows_of_block - receivers); i += WORKGROUP) {
-        border_irradiance[3u * first_beyond + i] = results[receivers + i / 3u][i % 3u];
     }
     for (var i = local; i < receivers; i += WORKGROUP) {
         let texel = receiver_texels[cluster.first_texel + first + i];

@@ -18,7 +18,6 @@ use probelight_scene::{Lighting, Scene, Sky};
 pub(crate) const SMALL: Size = Size {
     clusters: 11,
     receivers_per_cluster: 101,
-    border_receivers_per_cluster: 45,
     ranks: Ranks { f16: 2, snorm8: 7, snorm4: 5 },
     surfels: 70,
     samples_per_surfel: 5,
@@ -53,7 +52,6 @@ pub(crate) fn single_probe(scene: Scene, sample: Option<LightSample>, gains: &[f
     let size = Size {
         clusters: 1,
         receivers_per_cluster: gains.len(),
-        border_receivers_per_cluster: 0,
         ranks: Ranks { f16: 1, ..Ranks::default() },
         probes: 1,
         probes_per_cluster: 1,

@@ -34,23 +34,22 @@ pub(crate) fn slow_frame(
     let mut frame = SlowFrame::default();
     frame.signals = signals(baked, lighting, colors, feedback);
     frame.coefficients = coefficients(baked, lighting, &frame.signals);
-    frame.irradiance = vec![DVec3::ZERO; baked.receiver_texels.len()];
     for cluster in &baked.clusters {
         let rank = cluster.ranks.total() as usize;
         let columns = columns(baked, cluster, &frame);
         for row in 0..rank {
             frame.cluster_coefficients.push(cluster_coefficient(baked, cluster, &columns, row));
         }
-        let count = cluster.rows() as usize;
+        let count = cluster.receiver_count as usize;
         let basis = &baked.receiver_basis[cluster.receiver_basis_offset as usize..];
-        for row in 0..count {
+        for receiver in 0..count {
             let mut sum = DVec3::ZERO;
             for k in 0..rank {
                 let line = &basis[cluster.ranks.line_start(k, count)..];
-                let value = f64::from(cluster.ranks.precision(k).unpack(line, row));
+                let value = f64::from(cluster.ranks.precision(k).unpack(line, receiver));
                 sum += value * frame.cluster_coefficients[cluster.row_scale_offset as usize + k];
             }
-            frame.irradiance[receiver_of_row(baked, cluster, row)] += sum;
+            frame.irradiance.push(sum);
         }
     }
     frame.lightmap = vec![DVec3::ZERO; (baked.lightmap.width * baked.lightmap.height) as usize];
@@ -61,14 +60,6 @@ pub(crate) fn slow_frame(
         frame.lightmap[*to as usize] = frame.lightmap[*from as usize];
     }
     frame
-}
-
-/// The receiver that a row of a cluster's U contributes to.
-fn receiver_of_row(baked: &BakedScene, cluster: &Cluster, row: usize) -> usize {
-    match row.checked_sub(cluster.receiver_count as usize) {
-        None => cluster.first_receiver as usize + row,
-        Some(beyond) => baked.border_receivers[cluster.first_border_receiver as usize + beyond] as usize,
-    }
 }
 
 fn signals(
