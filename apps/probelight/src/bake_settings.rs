@@ -66,6 +66,9 @@ pub(crate) struct SettingFlags {
     /// Most receivers of a cluster [default: 512; 256 with --method paper]
     #[arg(long, value_name = "R")]
     receivers_per_cluster: Option<u32>,
+    /// Leave the jumps where clusters meet as they are [default: they blend; not with --method paper]
+    #[arg(long)]
+    hard_borders: bool,
     /// Lay the lightmap out by the scene's second texture coordinates where they are valid
     #[arg(long)]
     use_uv1: bool,
@@ -94,6 +97,7 @@ impl From<SettingFlags> for BakeOptions {
             max_cluster_error: flags.error,
             probes_per_cluster: flags.probes_per_cluster,
             receivers_per_cluster: flags.receivers_per_cluster,
+            blend_borders: flags.hard_borders.then_some(false),
             use_uv1: flags.use_uv1,
             seed: flags.seed,
         }

@@ -38,7 +38,7 @@ struct BytesPerReceiver {
     signal_basis: f64,
     /// Which signals and probes the columns stand for.
     signals: f64,
-    /// Clusters, and the texels of the receivers.
+    /// Clusters, the texels of the receivers, and which of them lie beside borders.
     metadata: f64,
     total: f64,
 }
@@ -123,7 +123,11 @@ impl BytesPerReceiver {
             receiver_basis: share(size_of_val(&baked.receiver_basis[..])),
             signal_basis: share(size_of_val(&baked.signal_basis[..]) + scales),
             signals: share(size_of_val(&baked.cluster_signals[..]) + size_of_val(&baked.cluster_probes[..])),
-            metadata: share(size_of_val(&baked.clusters[..]) + size_of_val(&baked.receiver_texels[..])),
+            metadata: share(
+                size_of_val(&baked.clusters[..])
+                    + size_of_val(&baked.receiver_texels[..])
+                    + size_of_val(&baked.border_blends[..]),
+            ),
             total: baked.matrix_bytes_per_receiver(),
         }
     }

@@ -51,6 +51,8 @@ pub struct BakedScene {
     pub cluster_probes: Vec<u32>,
     /// Lightmap texel of each receiver, cluster by cluster, coarsest lightmap level first.
     pub receiver_texels: Vec<u32>,
+    /// Receivers beside the borders between clusters, sorted by receiver; see [`BorderBlend`].
+    pub border_blends: Vec<BorderBlend>,
     /// All U matrices, packed: per cluster one column of `receiver_count` values for each singular value.
     pub receiver_basis: Vec<u32>,
     /// All ΣVᵀ matrices, packed: per cluster one row of [`BakedScene::column_count`] values for each singular
@@ -93,6 +95,8 @@ pub struct BakeSettings {
     pub probes_per_cluster: u32,
     /// Most receivers of a cluster.
     pub receivers_per_cluster: u32,
+    /// Whether clusters blend at the borders between them.
+    pub blend_borders: bool,
     /// Most singular values kept per cluster.
     pub max_rank: u32,
     /// Relative error of a cluster's compressed transport that the bake aims at.
@@ -272,6 +276,23 @@ pub struct Emitter {
     pub mean_texel: Vec3,
 }
 
+/// How a receiver beside a border blends with the cluster across.
+///
+/// Each cluster approximates its own transport, so irradiance would jump where two meet. What the cluster across
+/// would say of the receiver is continued from its own receivers next to it, `neighbor` and then `beyond`:
+/// `neighbor + (neighbor − beyond)`, with a limit to the slope. The receiver's irradiance is the mean of that for
+/// each of its records and of what its own cluster says, counted twice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct BorderBlend {
+    /// The receiver (index into `receiver_texels`).
+    pub receiver: u32,
+    /// The next receiver in the lightmap's row or column, across the border.
+    pub neighbor: u32,
+    /// The one behind it, of the same cluster; `neighbor` itself if there is none.
+    pub beyond: u32,
+}
+
 /// Receivers that share a compressed transport matrix A ≈ U·(ΣVᵀ) (\[SED\] eq. 6).
 ///
 /// A's input is a list of signals. Its first `signal_count` columns are scalar signals
@@ -360,6 +381,7 @@ impl BakedScene {
             + size_of_val(&self.cluster_signals[..])
             + size_of_val(&self.cluster_probes[..])
             + size_of_val(&self.receiver_texels[..])
+            + size_of_val(&self.border_blends[..])
             + size_of_val(&self.clusters[..]);
         bytes as f64 / self.receiver_texels.len().max(1) as f64
     }

@@ -93,6 +93,7 @@ impl BakedInfo {
             tag::CLUSTER_SIGNALS,
             tag::CLUSTER_PROBES,
             tag::RECEIVER_TEXELS,
+            tag::BORDER_BLENDS,
             tag::CLUSTERS,
         ];
         Self {

@@ -4,6 +4,7 @@ use probelight_asset::{BakeReport, BakedScene, Cluster, LightmapLayout, Method, 
 use probelight_math::glam::Vec3;
 
 use crate::atlas::Atlas;
+use crate::border_blends::find_border_blends;
 use crate::checkpoint::FinishedGroup;
 use crate::compress::bounds_of;
 use crate::options::Resolved;
@@ -53,6 +54,8 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
     if baked.settings.method == Method::Paper {
         keep_seen_surfels(&mut baked);
     }
+    // Receivers as the file has them, with their clusters.
+    let mut order: Vec<(u32, u32)> = Vec::new();
     for cluster in groups.iter().flat_map(|g| &g.clusters) {
         let bounds = bounds_of(receivers, &cluster.receivers);
         baked.clusters.push(Cluster {
@@ -77,6 +80,7 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
                 probe.support_radius = probe.support_radius.max(distance);
             }
         }
+        order.extend(cluster.receivers.iter().map(|r| (*r, baked.clusters.len() as u32)));
         baked.receiver_texels.extend(cluster.receivers.iter().map(|r| receivers[*r as usize].texel));
         baked.cluster_signals.extend(&cluster.signals);
         baked.cluster_probes.extend(cluster.probes.iter().map(|p| probe_numbers[*p as usize]));
@@ -84,6 +88,9 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
         baked.signal_basis.extend(&cluster.factors.signal_basis);
         baked.row_scales.extend(&cluster.factors.row_scales);
         baked.column_exponents.extend(&cluster.factors.column_exponents);
+    }
+    if baked.settings.blend_borders {
+        baked.border_blends = find_border_blends(receivers, baked.lightmap.width, &order);
     }
     baked
 }

@@ -59,6 +59,8 @@ pub struct BakeOptions {
     /// Most receivers in a cluster. Default 512, with the paper's method 256: probes serve a cluster well only if it is small against the
     /// distance between them.
     pub receivers_per_cluster: Option<u32>,
+    /// Whether clusters blend at the borders between them. Default true, with the paper's method false.
+    pub blend_borders: Option<bool>,
     /// Use the scene's second texture coordinates for the lightmap where they are valid.
     pub use_uv1: bool,
     /// Seed of all random numbers. Default 0.
@@ -247,6 +249,7 @@ impl BakeOptions {
                 16..=4096,
                 "16 to 4096",
             )?,
+            blend_borders: self.blend_borders.unwrap_or(method == Method::Hybrid),
             max_rank: within("the rank", self.max_rank, preset.max_rank, 1..=256, "1 to 256")?,
             max_cluster_error: max_error.unwrap_or(preset.max_cluster_error),
             seed: self.seed.unwrap_or(0),

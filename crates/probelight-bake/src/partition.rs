@@ -87,8 +87,7 @@ impl KdRule {
 pub(crate) fn by_air_space(receivers: &[Receiver]) -> Vec<Vec<u32>> {
     let mut by_space: BTreeMap<Option<u32>, Vec<u32>> = BTreeMap::new();
     for (r, receiver) in receivers.iter().enumerate() {
-        let space = receiver.outlook.map(|outlook| outlook.air_space);
-        by_space.entry(space).or_default().push(r as u32);
+        by_space.entry(receiver.air_space()).or_default().push(r as u32);
     }
     by_space.into_values().collect()
 }

@@ -155,7 +155,11 @@ impl RoundingNoise {
     }
 }
 
-/// The cheapest ranks within the target, or those with the least error; and the energy of their error.
+/// What a byte per receiver must save at least where the target is out of reach: a share of the target's energy.
+const BYTE_PRICE: f64 = 0.1;
+
+/// The cheapest ranks within the target; where none are, those beyond which more bytes are not worth it. And the
+/// energy of their error.
 fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, is_packed: bool, target: f64) -> (Ranks, f64) {
     let most = factors.energies.len();
     let accepted = target * target * factors.total;
@@ -165,29 +169,27 @@ fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, is_packed: bool, t
         let rounding: f64 = (0..rank).map(|k| noise.at(k, Precision::F16)).sum();
         return (Ranks { f16: rank as u32, ..Ranks::default() }, tail(rank) + rounding);
     }
-    let mut best: Option<(usize, Ranks, f64)> = None;
-    let mut least: Option<(Ranks, f64)> = None;
+    let (rows, columns) = (factors.u.nrows(), factors.w.ncols());
+    // A bit of a singular value is one for each row of U and each column of ΣVᵀ.
+    let bit_price = BYTE_PRICE * accepted * (rows + columns) as f64 / (8 * rows.max(1)) as f64;
+    let mut best = (Ranks::default(), factors.total);
+    let mut lowest_cost = (true, f64::INFINITY);
     for total in 0..=most {
-        let truncated = tail(total);
-        let mut energy = truncated + (0..total).map(|k| noise.at(k, Precision::Snorm4)).sum::<f64>();
+        let mut energy = tail(total) + (0..total).map(|k| noise.at(k, Precision::Snorm4)).sum::<f64>();
         for fine in 0..=total {
             if fine > 0 {
                 energy += noise.at(fine - 1, Precision::Snorm8) - noise.at(fine - 1, Precision::Snorm4);
             }
-            let ranks = Ranks { f16: 0, snorm8: fine as u32, snorm4: (total - fine) as u32 };
-            let bits = 8 * fine + 4 * (total - fine);
-            if energy <= accepted && best.as_ref().is_none_or(|(fewest, ..)| bits < *fewest) {
-                best = Some((bits, ranks, energy));
-            }
-            if least.as_ref().is_none_or(|(_, smallest)| energy < *smallest) {
-                least = Some((ranks, energy));
+            let price = bit_price * (8 * fine + 4 * (total - fine)) as f64;
+            let misses = energy > accepted;
+            let cost = (misses, if misses { energy + price } else { price });
+            if cost < lowest_cost {
+                lowest_cost = cost;
+                best = (Ranks { f16: 0, snorm8: fine as u32, snorm4: (total - fine) as u32 }, energy);
             }
         }
     }
-    match (best, least) {
-        (Some((_, ranks, energy)), _) | (None, Some((ranks, energy))) => (ranks, energy),
-        (None, None) => (Ranks::default(), factors.total),
-    }
+    best
 }
 
 #[cfg(test)]
@@ -288,16 +290,20 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn the_least_error_is_taken_where_the_target_is_out_of_reach() {
+    fn where_the_target_is_out_of_reach_bytes_that_save_little_are_left_out() {
         let sample = Sample::new(0.8);
         let packed = sample.quantize(true, 1e-4);
         let (reported, real) = (f64::from(packed.error), sample.error_of(&packed));
         assert!(real > 1e-3 && is_plausible(real, reported), "{real}, not {reported}");
-        assert_eq!(packed.ranks.snorm4, 0, "four bits never err less than eight");
+        assert_eq!(packed.ranks.snorm4, 0, "against this target four bits are never worth their error");
         // Negative control: the comparison sees a value that is off by half its range.
         let mut wrong = packed;
         wrong.signal_basis[0] ^= 0x40;
         assert!(!is_plausible(sample.error_of(&wrong), reported));
+        // A target that is barely missed is worth less.
+        let slow = Sample::new(0.97);
+        let ranks = [1e-4, 0.2].map(|target| slow.quantize(true, target).ranks.total());
+        assert!(ranks[1] < ranks[0] && ranks[0] == COMPONENTS as u32, "{ranks:?}");
     }
 
     #[test]

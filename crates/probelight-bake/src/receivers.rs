@@ -43,6 +43,11 @@ impl Receiver {
     pub(crate) fn ray_origin(&self, tracer: &Tracer) -> Vec3 {
         self.position + self.normal * tracer.offset()
     }
+
+    /// The air space it lies in; `None` where no probe sees it.
+    pub(crate) fn air_space(&self) -> Option<u32> {
+        self.outlook.map(|outlook| outlook.air_space)
+    }
 }
 
 /// From where a receiver's surroundings are measured.

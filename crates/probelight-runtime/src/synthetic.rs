@@ -3,7 +3,7 @@
 
 use probelight_asset::packed::Ranks;
 use probelight_asset::{
-    BakedScene, Cluster, Emitter, LightSample, LightmapFace, NONE, Probe, Surfel, SurfelGroup,
+    BakedScene, BorderBlend, Cluster, Emitter, LightSample, LightmapFace, NONE, Probe, Surfel, SurfelGroup,
 };
 use probelight_math::directions::progressive_sphere;
 use probelight_math::glam::{Vec2, Vec3, Vec4};
@@ -280,6 +280,35 @@ fn tile_lightmap(baked: &mut BakedScene, size: SyntheticSize) {
             layout.dilation.push([texel(side, y), texel(0, 0)]);
         }
     }
+    blend_tiles(baked, size, side, tiles_across);
+}
+
+/// Each cluster's last column and row blend with the first ones of the next cluster and the one below.
+fn blend_tiles(baked: &mut BakedScene, size: SyntheticSize, side: u32, tiles_across: u32) {
+    let (clusters, of_cluster) = (size.clusters as u32, size.receivers_per_cluster as u32);
+    let receiver = |cluster: u32, x: u32, y: u32| {
+        cluster * of_cluster + (y.min(side - 1) * side + x.min(side - 1)).min(of_cluster - 1)
+    };
+    for cluster in 0..clusters {
+        for i in 0..side {
+            let (right, below) = (cluster + 1, cluster + tiles_across);
+            if right < clusters {
+                baked.border_blends.push(BorderBlend {
+                    receiver: receiver(cluster, side, i),
+                    neighbor: receiver(right, 0, i),
+                    beyond: receiver(right, 1, i),
+                });
+            }
+            if below < clusters {
+                baked.border_blends.push(BorderBlend {
+                    receiver: receiver(cluster, i, side),
+                    neighbor: receiver(below, i, 0),
+                    beyond: receiver(below, i, 1),
+                });
+            }
+        }
+    }
+    baked.border_blends.sort_unstable_by_key(|blend| (blend.receiver, blend.neighbor, blend.beyond));
 }
 
 fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSize, index: usize) {

@@ -5,8 +5,8 @@ use probelight_scene::{AlphaMode, Bounds, Camera, Light, Material, Scene, Textur
 
 use crate::packed::Ranks;
 use crate::{
-    BakeReport, BakeSettings, BakedScene, Cluster, Emitter, LightSample, LightmapFace, LightmapLayout,
-    Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
+    BakeReport, BakeSettings, BakedScene, BorderBlend, Cluster, Emitter, LightSample, LightmapFace,
+    LightmapLayout, Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
 };
 
 /// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters, two probes, three surfels in two
@@ -37,6 +37,10 @@ pub(super) fn baked_scene() -> BakedScene {
         cluster_signals: vec![3, 9, 0],
         cluster_probes: vec![1, 0, 1],
         receiver_texels: vec![0, 2, 1, 7, 10],
+        border_blends: vec![
+            BorderBlend { receiver: 2, neighbor: 3, beyond: 4 },
+            BorderBlend { receiver: 3, neighbor: 2, beyond: 2 },
+        ],
         receiver_basis: vec![0xbc00_3555, 0x0001_7bff, 0x0081_7f01, 0x7000_0000],
         signal_basis: (0..5)
             .map(|i| 0x0001_3c00 * i)
@@ -129,6 +133,7 @@ fn settings() -> BakeSettings {
         relight_rays: 3,
         probes_per_cluster: 8,
         receivers_per_cluster: 1024,
+        blend_borders: true,
         max_rank: 32,
         max_cluster_error: 0.01,
         seed: u64::MAX,

@@ -3,13 +3,13 @@
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 
-use super::texel_copies::TexelCopies;
+use super::scatter::Scatter;
 use crate::IrradianceLightmap;
 
 /// Which receiver each texel outside the charts repeats.
 #[derive(Clone, Debug)]
 pub struct Dilation {
-    copies: TexelCopies,
+    copies: Scatter,
 }
 
 impl Dilation {
@@ -20,14 +20,13 @@ impl Dilation {
             receiver_of_texel[*texel as usize] = receiver;
         }
         let pairs = baked.lightmap.dilation.iter();
-        let copies =
-            TexelCopies::new(pairs.map(|[texel, source]| (*texel, receiver_of_texel[*source as usize])));
+        let copies = Scatter::new(pairs.map(|[texel, source]| (*texel, receiver_of_texel[*source as usize])));
         Self { copies }
     }
 
     /// Copies the receivers' irradiance (in the order of `receiver_texels`) to the texels around the charts.
     pub fn dilate_lightmap(&self, receivers: &[Vec3], lightmap: &mut IrradianceLightmap) {
-        self.copies.apply(receivers, &mut lightmap.texels);
+        self.copies.copy(receivers, &mut lightmap.texels);
     }
 }
 

@@ -1,12 +1,14 @@
-//! Stage 4: irradiance at every receiver, E = U·b (\[SED\] eq. 6), and its way into the lightmap.
+//! Stage 4: irradiance at every receiver, E = U·b (\[SED\] eq. 6), blended at the borders between clusters, and its
+//! way into the lightmap.
 
 use probelight_asset::packed::Ranks;
 use probelight_asset::{BakedScene, Cluster};
 use probelight_math::glam::Vec3;
 
+use super::blend_borders::BlendBorders;
 use super::clusters_in_parallel::for_each_cluster;
 use super::padded_end::PaddedEnd;
-use super::texel_copies::TexelCopies;
+use super::scatter::Scatter;
 use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes};
 use crate::IrradianceLightmap;
@@ -21,7 +23,8 @@ const VECTORS: usize = 4;
 #[derive(Clone, Debug)]
 pub struct ReceiverIrradiance {
     values: Vec<Vec3>,
-    copies: TexelCopies,
+    borders: BlendBorders,
+    copies: Scatter,
     basis_end: PaddedEnd,
 }
 
@@ -30,7 +33,8 @@ impl ReceiverIrradiance {
     pub fn new(baked: &BakedScene) -> Self {
         Self {
             values: vec![Vec3::ZERO; baked.receiver_texels.len()],
-            copies: TexelCopies::new(baked.receiver_texels.iter().copied().zip(0..)),
+            borders: BlendBorders::new(baked),
+            copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..)),
             basis_end: PaddedEnd::new(
                 &baked.receiver_basis,
                 baked.clusters.iter().map(|cluster| cluster.receiver_basis_offset),
@@ -63,7 +67,8 @@ impl ReceiverIrradiance {
             let basis = end.words_from(&baked.receiver_basis, cluster.receiver_basis_offset);
             gather_cluster(basis, cluster.ranks, b, receivers);
         });
-        self.copies.apply(&self.values, &mut lightmap.texels);
+        self.borders.blend_borders(baked, &mut self.values);
+        self.copies.copy(&self.values, &mut lightmap.texels);
     }
 }
 

@@ -3,6 +3,7 @@
 //! Each stage owns the buffers it writes, so that a frame allocates nothing, and divides its work into parts
 //! that do not depend on the number of threads, so that the result does not either.
 
+mod blend_borders;
 mod clusters_in_parallel;
 pub mod dilate_lightmap;
 pub mod gather_receivers;
@@ -11,8 +12,8 @@ mod padded_end;
 mod per_thread;
 pub mod project_clusters;
 pub mod relight_probes;
+mod scatter;
 mod sky_signals;
-mod texel_copies;
 mod unpack;
 
 pub use dilate_lightmap::Dilation;

@@ -102,7 +102,8 @@ impl GpuRuntime {
             Stage::ProjectClusters => clusters(|shard| shard.projection_bytes()) + buffers.signals.size(),
             Stage::GatherReceivers => {
                 let texels = texel * baked.receiver_texels.len() as u64;
-                clusters(|shard| shard.gather_bytes()) + buffers.irradiance.size() + texels
+                let borders = self.stages.blend_borders.bytes();
+                clusters(|shard| shard.gather_bytes()) + buffers.irradiance.size() + texels + borders
             }
             Stage::DilateLightmap => dilated * (8 + rgb + texel),
             Stage::ReduceLightmap => (1..levels).map(|n| level(n - 1) + level(n)).sum(),

@@ -6,6 +6,7 @@ use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 use probelight_scene::Lighting;
 
+use super::blend_borders::BlendBorders;
 use super::cluster_shards::{ClusterShard, cluster_shards};
 use super::device::{GpuError, checked, new_encoder};
 use super::dilate_lightmap::DilateLightmap;
@@ -65,6 +66,7 @@ pub(super) struct Stages {
     relight_probes: RelightProbes,
     project_clusters: ProjectClusters,
     gather_receivers: GatherReceivers,
+    pub(super) blend_borders: BlendBorders,
     dilate_lightmap: DilateLightmap,
     pub(super) reduce_lightmap: Option<ReduceLightmap>,
 }
@@ -84,6 +86,7 @@ impl Stages {
             relight_probes: RelightProbes::new(storage, baked, buffers)?,
             project_clusters: ProjectClusters::new(device, shards, buffers),
             gather_receivers: GatherReceivers::new(device, shards, buffers),
+            blend_borders: BlendBorders::new(storage, baked, buffers)?,
             dilate_lightmap: DilateLightmap::new(storage, baked, buffers)?,
             reduce_lightmap: reduces_lightmap.then(|| ReduceLightmap::new(device, buffers)),
         })
@@ -234,7 +237,10 @@ impl GpuRuntime {
             }
             Stage::RelightProbes => stages.relight_probes.relight_probes(pass),
             Stage::ProjectClusters => stages.project_clusters.project_clusters(pass),
-            Stage::GatherReceivers => stages.gather_receivers.gather_receivers(pass),
+            Stage::GatherReceivers => {
+                stages.gather_receivers.gather_receivers(pass);
+                stages.blend_borders.blend_borders(pass);
+            }
             Stage::DilateLightmap => stages.dilate_lightmap.dilate_lightmap(pass),
             Stage::ReduceLightmap => {
                 if let Some(stage) = &stages.reduce_lightmap {

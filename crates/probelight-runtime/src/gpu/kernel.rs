@@ -40,9 +40,20 @@ impl Kernel {
 
     /// Binds resources to the bindings 0, 1, … of a group.
     pub(super) fn bind(&self, device: &wgpu::Device, group: u32, resources: &[BindingResource]) -> BindGroup {
-        let entries: Vec<wgpu::BindGroupEntry> = (0..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
+        let numbered: Vec<_> = (0..).zip(resources.iter().cloned()).collect();
+        self.bind_at(device, group, &numbered)
+    }
+
+    /// Binds resources to bindings of a group by number.
+    pub(super) fn bind_at(
+        &self,
+        device: &wgpu::Device,
+        group: u32,
+        resources: &[(u32, BindingResource)],
+    ) -> BindGroup {
+        let entries: Vec<wgpu::BindGroupEntry> = resources
+            .iter()
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding: *binding, resource: resource.clone() })
             .collect();
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(self.label),

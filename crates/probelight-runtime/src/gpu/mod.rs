@@ -28,6 +28,7 @@
 //! | [`readback`] | copies to the CPU, for pictures and tests |
 
 pub mod benchmark;
+mod blend_borders;
 mod cluster_shards;
 pub mod device;
 mod dilate_lightmap;

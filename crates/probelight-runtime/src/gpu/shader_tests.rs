@@ -6,6 +6,9 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Literal, Module, TypeInner};
 
 use super::cluster_shards::{ClusterRecord, GATHER_BLOCK, GatherTask};
+use probelight_asset::BorderBlend;
+
+use super::blend_borders::BorderReceiver;
 use super::dilate_lightmap::TexelCopy;
 use super::frame_buffers::SignalShape;
 use super::light_surfels::MaterialColors;
@@ -150,6 +153,8 @@ fn structs_are_the_same_on_both_sides() {
             rank_snorm4, receiver_basis_offset, signal_basis_offset, first_row, exponent_offset
         }),
         compare!(m, GatherTask as "GatherTask" { cluster, first }),
+        compare!(m, BorderReceiver as "BorderReceiver" { receiver, texel, first_record, record_count }),
+        compare!(m, BorderBlend as "BorderBlend" { receiver, neighbor, beyond }),
         compare!(m, TexelCopy as "TexelCopy" { texel, receiver }),
         compare!(m, LightRecord as "Light" {
             position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count, unused
@@ -208,6 +213,9 @@ fn constants_are_the_same_on_both_sides() {
     assert_eq!(constant("light_surfels", "NONE"), probelight_asset::NONE);
     for entry_point in ["light_samples", "shade_surfels", "light_surfels"] {
         assert_eq!(workgroup_size(entry_point) as usize, super::light_surfels::WORKGROUP);
+    }
+    for entry_point in ["blend_borders", "store_blended"] {
+        assert_eq!(workgroup_size(entry_point) as usize, super::blend_borders::WORKGROUP);
     }
     assert_eq!(workgroup_size("dilate_lightmap") as usize, super::dilate_lightmap::WORKGROUP);
     assert_eq!(workgroup_size("reduce_lightmap"), super::reduce_lightmap::WORKGROUP.pow(2));

@@ -25,6 +25,9 @@ const LIGHTMAP_TEXEL: &str = include_str!("../shaders/lightmap_texel.wgsl");
 const SIGNAL_SHAPE: &str = include_str!("../shaders/signal_shape.wgsl");
 const UNPACK: &str = include_str!("../shaders/unpack.wgsl");
 
+/// What blends the borders between clusters.
+const BORDERS: &[&str] = &[DISPATCH, LIGHTMAP_TEXEL, include_str!("../shaders/blend_borders.wgsl")];
+
 pub(super) const LIGHT_SAMPLES: Shader = Shader {
     entry_point: "light_samples",
     parts: &[LIGHTS, SHADOW_MAPS, DISPATCH, include_str!("../shaders/light_samples.wgsl")],
@@ -51,6 +54,8 @@ pub(super) const GATHER_RECEIVERS: Shader = Shader {
     entry_point: "gather_receivers",
     parts: &[DISPATCH, CLUSTER, UNPACK, LIGHTMAP_TEXEL, include_str!("../shaders/gather_receivers.wgsl")],
 };
+pub(super) const BLEND_BORDERS: Shader = Shader { entry_point: "blend_borders", parts: BORDERS };
+pub(super) const STORE_BLENDED: Shader = Shader { entry_point: "store_blended", parts: BORDERS };
 pub(super) const DILATE_LIGHTMAP: Shader = Shader {
     entry_point: "dilate_lightmap",
     parts: &[DISPATCH, LIGHTMAP_TEXEL, include_str!("../shaders/dilate_lightmap.wgsl")],
@@ -72,6 +77,8 @@ pub const STAGE_SHADERS: &[Shader] = &[
     RELIGHT_PROBES,
     PROJECT_CLUSTERS,
     GATHER_RECEIVERS,
+    BLEND_BORDERS,
+    STORE_BLENDED,
     DILATE_LIGHTMAP,
     REDUCE_LIGHTMAP,
     COPY_WORDS,

@@ -1,4 +1,5 @@
-// Stage 4: irradiance at every receiver, E = U·b ([SED] eq. 6), and its way into the lightmap.
+// Stage 4: irradiance at every receiver, E = U·b ([SED] eq. 6), and its way into the lightmap; beside the borders between
+// clusters, blend_borders has the last word.
 //
 // A workgroup computes up to BLOCK receivers of one cluster, an invocation four of them: a quad of each column of
 // U. The results go by way of workgroup memory, so that neighbouring invocations write neighbouring numbers.

@@ -52,6 +52,7 @@ pub(crate) fn slow_frame(
             frame.irradiance.push(sum);
         }
     }
+    frame.irradiance = blend_borders(baked, &frame.irradiance);
     frame.lightmap = vec![DVec3::ZERO; (baked.lightmap.width * baked.lightmap.height) as usize];
     for (texel, value) in baked.receiver_texels.iter().zip(&frame.irradiance) {
         frame.lightmap[*texel as usize] = *value;
@@ -60,6 +61,19 @@ pub(crate) fn slow_frame(
         frame.lightmap[*to as usize] = frame.lightmap[*from as usize];
     }
     frame
+}
+
+/// A receiver's own cluster counts twice, each of its records once.
+fn blend_borders(baked: &BakedScene, gathered: &[DVec3]) -> Vec<DVec3> {
+    let mut sums: Vec<(DVec3, f64)> = gathered.iter().map(|own| (2.0 * own, 2.0)).collect();
+    for blend in &baked.border_blends {
+        let [neighbor, beyond] = [blend.neighbor, blend.beyond].map(|i| gathered[i as usize]);
+        let steepest = 0.25 * neighbor.abs();
+        let (sum, weight) = &mut sums[blend.receiver as usize];
+        *sum += neighbor + (neighbor - beyond).max(-steepest).min(steepest);
+        *weight += 1.0;
+    }
+    sums.into_iter().map(|(sum, weight)| sum / weight).collect()
 }
 
 fn signals(

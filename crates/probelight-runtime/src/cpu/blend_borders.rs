@@ -1,0 +1,100 @@
+//! Second half of stage 4: receivers beside the borders between clusters.
+
+use probelight_asset::{BakedScene, BorderBlend};
+use probelight_math::glam::Vec3;
+use rayon::prelude::*;
+
+use super::scatter::Scatter;
+
+/// Steepest slope that is continued across a border, per texel, as a share of the irradiance: beyond, it is the
+/// edge of a shadow, not a gradient.
+const STEEPEST_SLOPE: f32 = 0.25;
+
+/// The blended irradiance of the receivers beside borders.
+#[derive(Clone, Debug)]
+pub(super) struct BlendBorders {
+    /// Per receiver beside a border the end of its records in [`BakedScene::border_blends`].
+    ends: Vec<usize>,
+    blended: Vec<Vec3>,
+    copies: Scatter,
+}
+
+impl BlendBorders {
+    /// Finds each receiver's records.
+    pub(super) fn new(baked: &BakedScene) -> Self {
+        let mut end = 0;
+        let mut ends = Vec::new();
+        let mut receivers = Vec::new();
+        for records in baked.border_blends.chunk_by(|a, b| a.receiver == b.receiver) {
+            end += records.len();
+            ends.push(end);
+            receivers.push(records[0].receiver);
+        }
+        Self {
+            blended: vec![Vec3::ZERO; ends.len()],
+            ends,
+            copies: Scatter::new(receivers.into_iter().zip(0..)),
+        }
+    }
+
+    /// Blends the receivers' irradiance, W/m².
+    pub(super) fn blend_borders(&mut self, baked: &BakedScene, irradiance: &mut [Vec3]) {
+        let ends = &self.ends;
+        let records = |i: usize| &baked.border_blends[if i == 0 { 0 } else { ends[i - 1] }..ends[i]];
+        let gathered = &*irradiance;
+        self.blended.par_iter_mut().enumerate().for_each(|(i, value)| *value = blend(gathered, records(i)));
+        self.copies.copy(&self.blended, irradiance);
+    }
+}
+
+/// The irradiance of the receiver of some records: the mean of what its own cluster says, counted twice, and what
+/// its neighbours' clusters would say, continued to it.
+fn blend(gathered: &[Vec3], records: &[BorderBlend]) -> Vec3 {
+    let continued = |record: &BorderBlend| {
+        let [neighbor, beyond] = [record.neighbor, record.beyond].map(|i| gathered[i as usize]);
+        let steepest = STEEPEST_SLOPE * neighbor.abs();
+        neighbor + (neighbor - beyond).clamp(-steepest, steepest)
+    };
+    let own = gathered[records[0].receiver as usize];
+    let sum: Vec3 = records.iter().map(continued).sum();
+    (2.0 * own + sum) / (records.len() + 2) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Irradiance along a row of receivers, blended where clusters of four meet.
+    fn blended(row: &[f32]) -> Vec<f32> {
+        let border_blends = (0..row.len() as u32).filter_map(|receiver| match receiver % 4 {
+            3 if receiver + 2 < row.len() as u32 => {
+                Some(BorderBlend { receiver, neighbor: receiver + 1, beyond: receiver + 2 })
+            }
+            0 if receiver >= 2 => {
+                Some(BorderBlend { receiver, neighbor: receiver - 1, beyond: receiver - 2 })
+            }
+            _ => None,
+        });
+        let baked = BakedScene { border_blends: border_blends.collect(), ..BakedScene::default() };
+        let mut irradiance: Vec<Vec3> = row.iter().map(|value| Vec3::splat(*value)).collect();
+        BlendBorders::new(&baked).blend_borders(&baked, &mut irradiance);
+        irradiance.iter().map(|value| value.x).collect()
+    }
+
+    #[test]
+    fn slopes_stay_and_jumps_become_three_steps() {
+        let slope: Vec<f32> = (0..12).map(|x| 5.0 + 0.5 * x as f32).collect();
+        for (blended, value) in blended(&slope).iter().zip(&slope) {
+            assert!((blended - value).abs() < 1e-5);
+        }
+        let jump = blended(&[3.0, 3.0, 3.0, 3.0, 6.0, 6.0, 6.0, 6.0]);
+        assert_eq!(jump, [3.0, 3.0, 3.0, 4.0, 5.0, 6.0, 6.0, 6.0]);
+    }
+
+    #[test]
+    fn shadow_edges_are_not_continued() {
+        let row = blended(&[1.0, 1.0, 1.0, 1.0, 8.0, 90.0, 90.0, 90.0]);
+        // Not 8 − 82.
+        assert!((row[3] - (2.0 + 6.0) / 3.0).abs() < 1e-5, "{row:?}");
+    }
+}
