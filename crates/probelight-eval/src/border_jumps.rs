@@ -1,9 +1,10 @@
 //! Jumps of the irradiance where clusters meet.
 //!
 //! Each cluster approximates its own transport, so neighbouring texels of two clusters may differ by more than
-//! the light does. In a row of four texels, a b | c d, the jump is what of c − b the slopes on both sides do not
-//! explain: `|(c − b) − ½ ((b − a) + (d − c))|`, relative to the mean of b and c. The same figure inside clusters
-//! tells how much of it is noise and curvature.
+//! the light does. In a row of six texels, a b c | d e f, the jump is the largest step between c and d or beside
+//! them that the slopes at both ends, `½ ((b − a) + (f − e))`, do not explain, relative to the mean of c and d: a
+//! jump that is spread over three steps counts as a third. The same figure inside clusters tells how much of it is
+//! noise and curvature.
 
 use probelight_asset::{BakedScene, NONE};
 use probelight_math::color::luminance;
@@ -18,7 +19,7 @@ const DARK_TEXEL_SHARE: f32 = 0.02;
 /// Relative jumps between neighbouring texels; `None` where there is no row to measure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct BorderJumps {
-    /// Rows of four texels across a border between two clusters.
+    /// Rows of six texels across a border between two clusters.
     pub rows: usize,
     /// Median jump at the borders.
     pub median: Option<f64>,
@@ -56,18 +57,22 @@ impl BorderJumps {
         let dark = DARK_TEXEL_SHARE * mean as f32;
         let (mut at_borders, mut inside) = (Vec::new(), Vec::new());
         for (step, columns, rows) in
-            [(1, width.saturating_sub(3), height), (width, width, height.saturating_sub(3))]
+            [(1, width.saturating_sub(5), height), (width, width, height.saturating_sub(5))]
         {
             for texel in (0..rows).flat_map(|y| (0..columns).map(move |x| y * width + x)) {
-                let row: [usize; 4] = std::array::from_fn(|i| texel + i * step);
-                let [ca, cb, cc, cd] = row.map(|texel| clusters[texel]);
-                if ca == NONE || cc == NONE || ca != cb || cc != cd {
+                let row: [usize; 6] = std::array::from_fn(|i| texel + i * step);
+                let [before @ .., _, _, _] = row.map(|texel| clusters[texel]);
+                let [_, _, _, behind @ ..] = row.map(|texel| clusters[texel]);
+                let is_one = |side: [u32; 3]| side[0] != NONE && side == [side[0]; 3];
+                if !is_one(before) || !is_one(behind) {
                     continue;
                 }
-                let [a, b, c, d] = row.map(|texel| values[texel]);
-                let jump = ((c - b) - 0.5 * ((b - a) + (d - c))).abs();
-                let relative = jump / (0.5 * (b + c).abs() + dark).max(f32::MIN_POSITIVE);
-                if cb == cc { inside.push(relative) } else { at_borders.push(relative) }
+                let [a, b, c, d, e, f] = row.map(|texel| values[texel]);
+                let slope = 0.5 * ((b - a) + (f - e));
+                let jump =
+                    [c - b, d - c, e - d].iter().fold(0f32, |most, step| most.max((step - slope).abs()));
+                let relative = jump / (0.5 * (c + d).abs() + dark).max(f32::MIN_POSITIVE);
+                if before == behind { inside.push(relative) } else { at_borders.push(relative) }
             }
         }
         at_borders.sort_by(f32::total_cmp);
@@ -106,6 +111,15 @@ mod tests {
         let expected = 0.1 / (1.0 + 0.195 + 0.05 + 0.02 * 1.245);
         assert!((offset.median.unwrap() - expected).abs() < 1e-3, "{offset:?} {expected}");
         assert!(offset.p99_inside.unwrap() < 1e-5);
+    }
+
+    #[test]
+    fn a_jump_over_three_steps_counts_as_a_third() {
+        let clusters = [0, 0, 0, 1, 1, 1];
+        let jump = |values: &[f32]| BorderJumps::of_grid([6, 1], &clusters, values).median.unwrap();
+        let (at_once, spread) =
+            (jump(&[1.0, 1.0, 1.0, 1.3, 1.3, 1.3]), jump(&[1.0, 1.0, 1.1, 1.2, 1.3, 1.3]));
+        assert!((at_once / spread - 3.0).abs() < 1e-4, "{at_once} {spread}");
     }
 
     #[test]

@@ -47,7 +47,7 @@ pub(crate) fn lit_scene(name: &str) -> LitExample {
 ///
 /// ```sh
 /// probelight bake assets/scenes/cornell.glb -o crates/probelight-render/tests/data/cornell.plight \
-///     --receivers 800 --rays 256 --relight-rays 64 --sh-degree 3 --max-rank 8
+///     --receivers 800 --rays 256 --near-radius 1.5 --relight-rays 64 --sh-degree 3 --max-rank 8
 /// ```
 pub(crate) fn baked_cornell() -> LitExample {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell.plight");
