@@ -4,6 +4,8 @@ use std::num::NonZeroU16;
 
 use clap::{Args, Parser, Subcommand};
 
+#[cfg(feature = "window")]
+use crate::commands::view;
 use crate::commands::{bake, bench, completions, demo, eval, info, man, reference, render};
 use crate::console::Console;
 
@@ -52,6 +54,9 @@ pub(crate) enum Command {
     Info(info::Flags),
     /// Picture of a baked file, or of a scene, under given lights
     Render(render::Flags),
+    /// Fly through a baked file in a window, and move its light
+    #[cfg(feature = "window")]
+    View(view::Flags),
     /// Path-traced truth: a picture, or irradiance at given points (slow)
     Reference(reference::Flags),
     /// Measure a baked file's error against reference points
@@ -78,6 +83,8 @@ impl Command {
             Self::Bake(flags) => bake::run(flags, console),
             Self::Info(flags) => info::run(&flags),
             Self::Render(flags) => render::run(flags, console),
+            #[cfg(feature = "window")]
+            Self::View(flags) => view::run(&flags, console),
             Self::Reference(flags) => reference::run(flags, console),
             Self::Eval(flags) => eval::run(&flags, console),
             Self::Bench(flags) => bench::run(&flags, console),

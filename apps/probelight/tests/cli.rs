@@ -344,6 +344,24 @@ fn a_cut_off_baked_file_is_refused() {
     }
 }
 
+/// Elsewhere there is always a display.
+#[cfg(all(target_os = "linux", feature = "window"))]
+#[test]
+fn without_a_display_view_names_another_command_before_it_bakes() {
+    let place = Workplace::new();
+    let output = Command::new(env!("CARGO_BIN_EXE_probelight"))
+        .args(["view", "cornell.glb", "--setup", "setup.json"])
+        .current_dir(&place.folder)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .unwrap();
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.starts_with("error: no display: use `probelight render`"), "{said}");
+}
+
 /// Ctrl-C in the middle of a bake that would take minutes.
 #[cfg(unix)]
 #[test]

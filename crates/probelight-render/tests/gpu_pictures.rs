@@ -31,7 +31,7 @@ fn difference(image: &Image, reference: &Image) -> f64 {
 /// Pictures of indirect light are the same but for noise at edges and mip levels of textures. Those with direct light
 /// also differ along the borders of shadows, which maps blur over three texels.
 const MOST_INDIRECT_DIFFERENCE: f64 = 0.02;
-const MOST_DIRECT_DIFFERENCE: f64 = 0.05;
+const MOST_DIRECT_DIFFERENCE: f64 = 0.03;
 
 fn compare_with_cpu(name: &str) {
     let Some(gpu) = gpu::gpu_or_skip() else { return };

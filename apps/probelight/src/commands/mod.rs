@@ -9,3 +9,5 @@ pub(crate) mod info;
 pub(crate) mod man;
 pub(crate) mod reference;
 pub(crate) mod render;
+#[cfg(feature = "window")]
+pub(crate) mod view;

@@ -133,7 +133,7 @@ impl GpuRenderer {
         self.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&record));
         self.materials.set_colors(&self.queue, &self.baked.scene, &scene.colors);
 
-        let frame_group = self.frame_group(&scene.lightmap);
+        let frame_group = self.frame_group(scene);
         let mut pass = begin_pass(encoder, target);
         pass.set_bind_group(1, &frame_group, &[]);
         if options.view.has_sky() {
@@ -185,13 +185,14 @@ impl GpuRenderer {
         }
     }
 
-    fn frame_group(&self, lightmap: &wgpu::TextureView) -> wgpu::BindGroup {
+    fn frame_group(&self, scene: &LitScene) -> wgpu::BindGroup {
         let resources = [
             self.frame.as_entire_binding(),
-            wgpu::BindingResource::TextureView(lightmap),
+            wgpu::BindingResource::TextureView(&scene.lightmap),
             wgpu::BindingResource::Sampler(&self.lightmap_sampler),
             wgpu::BindingResource::TextureView(&self.cluster_colors),
             self.lightmap_faces.as_entire_binding(),
+            scene.geometry.positions.as_entire_binding(),
         ];
         bind(&self.device, "frame", &self.frame_layout, resources)
     }

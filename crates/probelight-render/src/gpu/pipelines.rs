@@ -136,7 +136,7 @@ pub(super) fn bind<'a>(
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
 }
 
-/// Layout of bind group 1: camera, sky, lightmap.
+/// Layout of bind group 1: camera, sky, lightmap, triangles.
 pub(super) fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let texture = wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Float { filterable: true },
@@ -148,6 +148,7 @@ pub(super) fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         texture,
         wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
         texture,
+        buffer(wgpu::BufferBindingType::Storage { read_only: true }),
         buffer(wgpu::BufferBindingType::Storage { read_only: true }),
     ];
     layout(device, "frame", &types)

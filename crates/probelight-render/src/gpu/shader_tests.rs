@@ -6,12 +6,12 @@ use super::materials::MaterialRecord;
 use super::presenter::DisplayRecord;
 use super::shaders;
 use super::view::{GpuView, Shading};
-use super::wgsl_layout::{compare, constant, fields, parse};
+use super::wgsl_layout::{compare, constant, fields, parse, write_for_direct3d_and_metal};
 
 #[test]
-fn all_shaders_are_valid() {
+fn all_shaders_are_valid_and_can_be_written_for_direct3d_and_metal() {
     for source in [shaders::surface(), shaders::sky(), shaders::markers(), shaders::tone_map()] {
-        parse(&source).unwrap();
+        write_for_direct3d_and_metal(&parse(&source).unwrap()).unwrap();
     }
 }
 

@@ -48,4 +48,7 @@ const SHADING_PHYSICAL = 1u;
 // negative without light of its own.
 @group(1) @binding(4) var<storage, read> lightmap_faces: array<array<array<vec2f, 3>, 2>>;
 
+// Corners of each triangle, metres, in the same order: x, y and z of one after the other.
+@group(1) @binding(5) var<storage, read> triangle_corners: array<array<array<f32, 3>, 3>>;
+
 const PI = 3.14159265;

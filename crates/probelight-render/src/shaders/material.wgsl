@@ -23,15 +23,14 @@ struct Material {
 
 struct SurfaceVertex {
     @builtin(position) clip_position: vec4f,
-    @location(0) position: vec3f,
     // Weights of the triangle's corners.
-    @location(1) barycentric: vec3f,
-    @location(2) uv: vec4f,
-    @location(3) normal: vec3f,
-    @location(4) tangent: vec4f,
-    @location(5) @interpolate(flat) face_normal: vec3f,
+    @location(0) barycentric: vec3f,
+    @location(1) uv: vec4f,
+    @location(2) normal: vec3f,
+    @location(3) tangent: vec4f,
+    @location(4) @interpolate(flat) face_normal: vec3f,
     // Number of the triangle in the vertex buffer.
-    @location(6) @interpolate(flat) triangle: u32,
+    @location(5) @interpolate(flat) triangle: u32,
 }
 
 // One side of a surface. Normals are unit vectors on the side that is seen.
@@ -63,12 +62,14 @@ fn surface_at(vertex: SurfaceVertex) -> Surface {
     let occlusion = textureSample(occlusion_texture, material_sampler, uv_of(vertex, 3u)).x;
     let emissive = textureSample(emissive_texture, material_sampler, uv_of(vertex, 4u)).xyz;
 
-    let to_eye = normalize(frame.eye - vertex.position);
+    let weights = weights_inside(vertex);
+    let position = position_of(vertex.triangle, weights);
+    let to_eye = normalize(frame.eye - position);
     let is_back = dot(vertex.face_normal, to_eye) < 0.0;
     let side = select(1.0, -1.0, is_back);
 
     var surface: Surface;
-    surface.position = vertex.position;
+    surface.position = position;
     surface.to_eye = to_eye;
     surface.face_normal = normalize(vertex.face_normal) * side;
     surface.normal = shading_normal(vertex, bump, surface.face_normal, side);
@@ -78,7 +79,7 @@ fn surface_at(vertex: SurfaceVertex) -> Surface {
     surface.roughness = material.roughness * roughness_metallic.x;
     surface.occlusion = occlusion;
     surface.emission = material.emission * emissive * select(frame.emissive_scale, 0.0, is_back);
-    surface.lightmap_position = lightmap_position(vertex, u32(is_back));
+    surface.lightmap_position = lightmap_position(vertex.triangle, u32(is_back), weights);
     if frame.shading == SHADING_DIFFUSE {
         surface.normal = surface.face_normal;
         surface.occlusion = 1.0;
@@ -86,12 +87,26 @@ fn surface_at(vertex: SurfaceVertex) -> Surface {
     return surface;
 }
 
-// Where the light of one side lies, texels. The middle of a pixel at a triangle's border may lie outside the
-// triangle, and so outside its chart: weights are limited to the triangle.
-fn lightmap_position(vertex: SurfaceVertex, side: u32) -> vec2f {
-    let corners = lightmap_faces[vertex.triangle][side];
+// Weights of the corners, limited to the triangle. A pixel's middle may lie outside a triangle that covers some of its
+// samples: in another chart of the lightmap, or behind the next wall, in its shadow. Centroid interpolation is
+// meant to prevent that, but Mesa's driver in software (version 22) takes the middle nevertheless.
+fn weights_inside(vertex: SurfaceVertex) -> vec3f {
     let inside = max(vertex.barycentric, vec3f(0.0));
-    let weights = inside / (inside.x + inside.y + inside.z);
+    return inside / (inside.x + inside.y + inside.z);
+}
+
+// World position, metres.
+fn position_of(triangle: u32, weights: vec3f) -> vec3f {
+    let corners = triangle_corners[triangle];
+    let a = vec3f(corners[0][0], corners[0][1], corners[0][2]);
+    let b = vec3f(corners[1][0], corners[1][1], corners[1][2]);
+    let c = vec3f(corners[2][0], corners[2][1], corners[2][2]);
+    return weights.x * a + weights.y * b + weights.z * c;
+}
+
+// Where the light of one side lies, texels.
+fn lightmap_position(triangle: u32, side: u32, weights: vec3f) -> vec2f {
+    let corners = lightmap_faces[triangle][side];
     return weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2];
 }
 

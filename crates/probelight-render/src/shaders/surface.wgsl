@@ -12,7 +12,7 @@ fn surface_vertex(
     let clip_position = frame.clip_from_world * vec4f(position, 1.0);
     let barycentric = vec3f(vec3u(index % 3u) == vec3u(0u, 1u, 2u));
     return SurfaceVertex(
-        clip_position, position, barycentric, uv, normal.xyz, tangent, face_normal.xyz, index / 3u,
+        clip_position, barycentric, uv, normal.xyz, tangent, face_normal.xyz, index / 3u,
     );
 }
 

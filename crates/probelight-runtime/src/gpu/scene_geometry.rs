@@ -24,7 +24,7 @@ pub struct MaterialPart {
 /// The triangles of a scene in the memory of a GPU.
 #[derive(Debug)]
 pub struct SceneGeometry {
-    /// Vertex buffer of world positions: three `f32`, metres; 12 bytes.
+    /// Vertex and storage buffer of world positions: three `f32`, metres; 12 bytes.
     pub positions: wgpu::Buffer,
     /// The scene's triangles in the order of their vertices.
     pub triangle_order: Vec<u32>,
@@ -62,7 +62,12 @@ impl SceneGeometry {
             .max()
             .unwrap_or(0);
         checked(device, "the scene's triangles", || Self {
-            positions: vertex_buffer(device, "scene positions", bytemuck::cast_slice(&corners)),
+            positions: vertex_buffer(
+                device,
+                "scene positions",
+                bytemuck::cast_slice(&corners),
+                wgpu::BufferUsages::STORAGE,
+            ),
             masks: AlphaMasks::new(device, queue, scene, &triangle_order, &parts, opaque_end),
             opaque: 0..opaque_end,
             bounds: scene.bounds(),
@@ -119,7 +124,8 @@ impl AlphaMasks {
                 (part.vertices.clone(), group)
             })
             .collect();
-        Self { uvs: vertex_buffer(device, "alpha mask uvs", bytemuck::cast_slice(&uvs)), layout, parts }
+        let (uvs, no_more) = (bytemuck::cast_slice(&uvs), wgpu::BufferUsages::empty());
+        Self { uvs: vertex_buffer(device, "alpha mask uvs", uvs, no_more), layout, parts }
     }
 }
 
@@ -142,13 +148,18 @@ fn is_masked(scene: &Scene, material: u32) -> bool {
     matches!(scene.materials[material as usize].alpha_mode, AlphaMode::Mask { .. })
 }
 
-/// A vertex buffer of at least four bytes, because none may be empty.
-fn vertex_buffer(device: &wgpu::Device, label: &str, contents: &[u8]) -> wgpu::Buffer {
+/// A vertex buffer of at least four bytes, because none may be empty, with more usages.
+fn vertex_buffer(
+    device: &wgpu::Device,
+    label: &str,
+    contents: &[u8],
+    more: wgpu::BufferUsages,
+) -> wgpu::Buffer {
     let contents = if contents.is_empty() { &[0; 4] } else { contents };
     device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some(label),
         contents,
-        usage: wgpu::BufferUsages::VERTEX,
+        usage: wgpu::BufferUsages::VERTEX | more,
     })
 }
 

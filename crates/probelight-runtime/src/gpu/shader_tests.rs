@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Literal, Module, TypeInner};
 
 use super::cluster_shards::{ClusterRecord, GATHER_BLOCK, GatherTask};
@@ -16,24 +15,11 @@ use super::shadow_views::{LightRecord, LightsRecord, ShadowViewRecord};
 use super::stage_shaders::STAGE_SHADERS;
 use super::surfel_groups::{GroupRecord, Levels};
 use super::surfel_shards::{Bounce, SampleColors, SamplePlace};
-
-fn parse(source: &str) -> Module {
-    naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)))
-}
-
-/// Fails where a shader would not compile, or needs more than WebGPU's core.
-fn validate(source: &str) -> Result<Module, String> {
-    let module = parse(source);
-    // Half floats packed in words are part of the core, unlike arithmetic with them.
-    let core = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
-    let mut validator = Validator::new(ValidationFlags::all(), core);
-    validator.validate(&module).map_err(|error| error.emit_to_string(source))?;
-    Ok(module)
-}
+use super::wgsl_layout::{parse, write_for_direct3d_and_metal};
 
 fn stage_modules() -> Vec<(&'static str, Module)> {
     let module = |shader: &super::stage_shaders::Shader| {
-        (shader.entry_point, validate(&shader.source()).unwrap_or_else(|error| panic!("{error}")))
+        (shader.entry_point, parse(&shader.source()).unwrap_or_else(|error| panic!("{error}")))
     };
     STAGE_SHADERS.iter().map(module).collect()
 }
@@ -67,23 +53,22 @@ fn all_shaders_keep_to_the_limits_of_webgpu() {
     }
 }
 
-/// Direct3D and Metal get the shaders in languages of their own, which say no to some valid WGSL.
 #[test]
 fn all_shaders_can_be_written_for_direct3d_and_metal() {
-    use naga::back::{hlsl, msl};
     for (entry_point, module) in stage_modules() {
-        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32);
-        let info = validator.validate(&module).unwrap();
-        let mut text = String::new();
-        let (options, pipeline) = (hlsl::Options::default(), hlsl::PipelineOptions::default());
-        let written = hlsl::Writer::new(&mut text, &options, &pipeline).write(&module, &info, None);
-        written.unwrap_or_else(|error| panic!("{entry_point} for Direct3D: {error}"));
-        assert!(text.contains(entry_point));
-        let (options, pipeline) = (msl::Options::default(), msl::PipelineOptions::default());
-        let (text, _) = msl::write_string(&module, &info, &options, &pipeline)
-            .unwrap_or_else(|error| panic!("{entry_point} for Metal: {error}"));
-        assert!(text.contains(entry_point));
+        write_for_direct3d_and_metal(&module).unwrap_or_else(|error| panic!("{entry_point}: {error}"));
     }
+}
+
+#[test]
+fn what_other_languages_lack_is_noticed() {
+    let written = |declaration: &str| {
+        let function = "@compute @workgroup_size(1) fn fill() { value = WIDTH; }";
+        let source = format!("{declaration} WIDTH = 4u; var<private> value: u32; {function}");
+        write_for_direct3d_and_metal(&parse(&source).unwrap())
+    };
+    written("const").unwrap();
+    assert!(written("override").is_err(), "neither has constants that pipelines set");
 }
 
 /// Name, offset and size of each field, and the size of the whole.
@@ -173,7 +158,7 @@ fn structs_are_the_same_on_both_sides() {
 #[test]
 fn the_comparison_of_structs_notices_a_wrong_field() {
     let compare_with = |source: &str| {
-        let modules = [("wrong", parse(source))];
+        let modules = [("wrong", parse(source).unwrap())];
         compare!(&modules, TexelCopy as "TexelCopy" { texel, receiver })
     };
     for wrong in [

@@ -5,11 +5,12 @@ use super::shadow_views::{
     DIRECTIONAL_LIGHT, DIRECTIONAL_VIEWS_PER_SIDE, GUARD_TEXELS, LightRecord, LightsRecord, MAX_SHADOW_VIEWS,
     POINT_LIGHT, SPOT_LIGHT, ShadowViewRecord,
 };
-use super::wgsl_layout::{compare, constant, fields, parse};
+use super::wgsl_layout::{compare, constant, fields, parse, write_for_direct3d_and_metal};
 
 #[test]
 fn the_shader_is_valid_and_shares_its_structs_and_constants() {
     let module = parse(&shaders::cast_shadows()).unwrap();
+    write_for_direct3d_and_metal(&module).unwrap();
     let light = fields!(LightRecord:
         position kind direction first_view intensity cone_scale cos_outer view_count unused);
     compare(&module, "Light", light, size_of::<LightRecord>()).unwrap();

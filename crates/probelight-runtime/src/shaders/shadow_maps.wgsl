@@ -32,6 +32,13 @@ const LEAST_BIAS = 0.15;
 // surface, through walls.
 const STEEPEST = 1.0;
 
+// What is nearer than this to a point, along the light's axis and in texels, touches the point's surface rather than
+// casts a shadow on it from afar.
+const CONTACT_RANGE = 4.0;
+
+// A point against a wall is lit if at least this share of the texels around the foot of the wall is.
+const LIT_SHARE_AT_WALLS = 0.25;
+
 // Visibility of a light from a point on a surface, 0 to 1; `normal` is the unit geometric normal on the point's
 // side. The surface must face the light.
 fn light_visibility(light: Light, position: vec3f, normal: vec3f) -> f32 {
@@ -54,7 +61,8 @@ fn light_visibility(light: Light, position: vec3f, normal: vec3f) -> f32 {
     }
     let rounding = 1e-6 * max(abs(position.x), max(abs(position.y), abs(position.z)));
     let lifted = position + normal * (texel_width * bias + rounding);
-    return filtered_visibility(index, lifted, normalize(followed));
+    let contact = lifted - view.axis * (CONTACT_RANGE * texel_width);
+    return filtered_visibility(index, lifted, normalize(followed), contact);
 }
 
 // The view whose layer holds a point.
@@ -91,9 +99,16 @@ fn directional_view_at(light: Light, position: vec3f) -> u32 {
 // Each texel is compared with the depth that the surface's plane has at the texel's own middle, where the map has its
 // depth too. So a flat surface does not shadow itself, and need not be moved far off itself, which would
 // make the shadows of small ledges vanish.
-fn filtered_visibility(layer: u32, position: vec3f, normal: vec3f) -> f32 {
-    let clip = shadow_views[layer].clip_from_world * vec4f(position, 1.0);
+//
+// In a corner some texels hold the other wall, in front of where the plane would go on behind it. They say little about
+// the point's own surface, so texels between the plane and the depth of `contact` are left out, as long as enough others
+// are lit. Otherwise all corners would be darkened.
+fn filtered_visibility(layer: u32, position: vec3f, normal: vec3f, contact: vec3f) -> f32 {
+    let clip_from_world = shadow_views[layer].clip_from_world;
+    let clip = clip_from_world * vec4f(position, 1.0);
     let ndc = clip.xyz / clip.w;
+    let contact_clip = clip_from_world * vec4f(contact, 1.0);
+    let contact_depth = contact_clip.z / contact_clip.w;
     let resolution = f32(textureDimensions(shadow_maps).x);
     let texel = vec2f(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * resolution;
     let slope = depth_slope(layer, clip, normal) * vec2f(2.0, -2.0) / resolution;
@@ -102,15 +117,27 @@ fn filtered_visibility(layer: u32, position: vec3f, normal: vec3f) -> f32 {
     let offset = texel - middle - 0.5;
     let weights_x = spline_weights(offset.x);
     let weights_y = spline_weights(offset.y);
-    var sum = 0.0;
+    var lit = 0.0;
+    var touching = 0.0;
+    var shadowed = 0.0;
     for (var tap = 0u; tap < 9u; tap++) {
         let step = vec2f(f32(tap % 3u), f32(tap / 3u)) - 1.0;
         let at = vec2u(clamp(middle + step, vec2f(0.0), vec2f(resolution - 1.0)));
         let depth = ndc.z + dot(slope, step - offset);
-        let is_lit = depth >= textureLoad(shadow_maps, at, layer, 0);
-        sum += select(0.0, weights_x[tap % 3u] * weights_y[tap / 3u], is_lit);
+        let nearest = textureLoad(shadow_maps, at, layer, 0);
+        let weight = weights_x[tap % 3u] * weights_y[tap / 3u];
+        if depth >= nearest {
+            lit += weight;
+        } else if contact_depth >= nearest {
+            touching += weight;
+        } else {
+            shadowed += weight;
+        }
     }
-    return sum;
+    if lit == 0.0 {
+        return 0.0;
+    }
+    return lit / (lit + shadowed) * saturate(lit / (LIT_SHARE_AT_WALLS * (lit + touching)));
 }
 
 // Weights of the texel before, the nearest and the texel after, at −½ to ½ from the nearest one's middle.

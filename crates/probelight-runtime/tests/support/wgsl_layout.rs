@@ -1,16 +1,46 @@
 //! What a shader declares: structs, constants, and whether it is valid. No GPU needed.
 #![allow(dead_code, reason = "each test uses a part")]
 
-use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::back::{hlsl, msl};
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Literal, Module, TypeInner};
 
 /// Parses a shader and checks that it is valid with nothing but WebGPU's core.
 pub(crate) fn parse(source: &str) -> Result<Module, String> {
     let module = naga::front::wgsl::parse_str(source).map_err(|error| error.emit_to_string(source))?;
-    Validator::new(ValidationFlags::all(), Capabilities::empty())
-        .validate(&module)
-        .map_err(|error| error.emit_to_string(source))?;
+    validate(&module, source)?;
     Ok(module)
+}
+
+fn validate(module: &Module, source: &str) -> Result<ModuleInfo, String> {
+    // Half floats packed in words are part of the core, unlike arithmetic with them.
+    let core = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
+    Validator::new(ValidationFlags::all(), core)
+        .validate(module)
+        .map_err(|error| error.emit_to_string(source))
+}
+
+/// Checks that a shader can be written for Direct3D and Metal, which get it in languages of their own and say no to
+/// some valid WGSL.
+pub(crate) fn write_for_direct3d_and_metal(module: &Module) -> Result<(), String> {
+    let info = validate(module, "")?;
+    let mut for_direct3d = String::new();
+    let (options, pipeline) = (hlsl::Options::default(), hlsl::PipelineOptions::default());
+    hlsl::Writer::new(&mut for_direct3d, &options, &pipeline)
+        .write(module, &info, None)
+        .map_err(|error| format!("Direct3D: {error}"))?;
+    // Version 2.0 is of macOS 10.13, 2017.
+    let options = msl::Options { lang_version: (2, 0), ..msl::Options::default() };
+    let pipeline = msl::PipelineOptions::default();
+    let (for_metal, _) =
+        msl::write_string(module, &info, &options, &pipeline).map_err(|error| format!("Metal: {error}"))?;
+    let is_missing = |point: &&naga::EntryPoint| {
+        ![&for_direct3d, &for_metal].iter().all(|text| text.contains(&point.name))
+    };
+    match module.entry_points.iter().find(is_missing) {
+        Some(point) => Err(format!("{} is missing", point.name)),
+        None => Ok(()),
+    }
 }
 
 /// Name and offset of each field of a struct, and the size of the whole.
