@@ -5,9 +5,9 @@ use wgpu::BufferUsages;
 
 use super::device::GpuError;
 
-/// Shorter buffers are made this long, bytes, because shaders cannot bind empty arrays: as long as the longest
-/// record.
-const SHORTEST: u64 = 64;
+/// Empty buffers are made this long, bytes, because shaders cannot bind empty arrays: as long as the longest record.
+/// All others are as long as their content, so that shaders know its end.
+const PLACEHOLDER: u64 = 64;
 
 /// Makes buffers on a device.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +64,7 @@ impl<'a> Storage<'a> {
     fn buffer(&self, content: &str, bytes: u64, usage: BufferUsages) -> wgpu::Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(content),
-            size: bytes.max(SHORTEST).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT),
+            size: if bytes == 0 { PLACEHOLDER } else { bytes.next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT) },
             usage,
             mapped_at_creation: false,
         })

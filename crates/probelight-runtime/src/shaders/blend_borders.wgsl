@@ -67,8 +67,7 @@ fn store_blended(
     @builtin(local_invocation_index) local: u32,
 ) {
     let number = linear_workgroup(workgroup, workgroups) * 64u + local;
-    // Short buffers are filled up with zeros, which are no receiver beside a border.
-    if number >= arrayLength(&border_receivers) || border_receivers[number].record_count == 0u {
+    if number >= arrayLength(&border_receivers) {
         return;
     }
     let place = border_receivers[number];
