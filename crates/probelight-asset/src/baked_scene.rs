@@ -241,6 +241,14 @@ pub struct LightSample {
     pub emission_texel: [u8; 4],
 }
 
+impl LightSample {
+    /// Whether the sample lies on the back face of its triangle.
+    #[inline]
+    pub fn is_back_face(&self) -> bool {
+        self.base_color_and_side[3] != 0
+    }
+}
+
 /// A patch of surface. Its radiance is the mean of its samples' outgoing radiance
 /// `Le + ρ/π · (E_direct + E_lightmap)`; Le is left out where an [`Emitter`] carries it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

@@ -34,7 +34,6 @@ mod description;
 mod error;
 mod info;
 mod layout;
-mod light_sample;
 pub mod packed;
 mod read;
 #[cfg(test)]

@@ -54,7 +54,7 @@ impl Markers {
             let samples = baked.light_samples[first..first + surfel.sample_count as usize].iter();
             samples.map(move |sample| {
                 let front = baked.scene.geometric_normal(sample.triangle as usize);
-                let is_back = sample.base_color_and_side[3] != 0;
+                let is_back = sample.is_back_face();
                 MarkerRecord {
                     position: sample.position.to_array(),
                     signal: number,

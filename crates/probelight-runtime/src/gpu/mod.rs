@@ -23,12 +23,13 @@
 //! | [`timestamps`], [`benchmark`] | how long stages take, and what the memory allows |
 //! | [`scene_geometry`] | the scene's triangles, for shadows and renderers |
 //! | [`shadow_views`] | what each light sees the scene through; light records |
-//! | [`shadow_maps`] | draws depth from the lights; visibility for any shader |
+//! | [`shadow_maps`] | depth as lights see it (drawn by `cast_shadows`); visibility for any shader |
 //! | [`shaders`] | sources to build shaders from |
 //! | [`readback`] | copies to the CPU, for pictures and tests |
 
 pub mod benchmark;
 mod blend_borders;
+mod cast_shadows;
 mod cluster_shards;
 pub mod device;
 mod dilate_lightmap;
