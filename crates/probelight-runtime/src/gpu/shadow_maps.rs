@@ -95,7 +95,7 @@ impl ShadowMaps {
     }
 
     /// Layout of [`bind_group`](Self::bind_group): group 0 of shaders that begin with
-    /// [`shaders::LIGHTS`] and [`shaders::SHADOW_MAPS`].
+    /// [`super::shaders::LIGHTS`] and [`super::shaders::SHADOW_MAPS`].
     pub fn bind_group_layout(&self) -> &wgpu::BindGroupLayout {
         &self.layout
     }
