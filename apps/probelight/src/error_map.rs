@@ -41,8 +41,7 @@ pub(crate) fn error_map(baked: &BakedScene) -> DisplayImage {
     let mut image = DisplayImage::filled(width, height, [0; 3]);
     for cluster in &baked.clusters {
         let color = color_of(cluster.error / baked.settings.max_cluster_error);
-        let first = cluster.first_receiver as usize;
-        for texel in &baked.receiver_texels[first..first + cluster.receiver_count as usize] {
+        for texel in baked.texels(cluster) {
             image.pixels[*texel as usize] = color;
         }
     }

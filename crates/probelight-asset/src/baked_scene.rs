@@ -374,6 +374,16 @@ impl BakedScene {
         coefficient_count(self.settings.sh_degree as usize)
     }
 
+    /// Lightmap texels of a cluster's receivers.
+    pub fn texels(&self, cluster: &Cluster) -> &[u32] {
+        &self.receiver_texels[cluster.first_receiver as usize..][..cluster.receiver_count as usize]
+    }
+
+    /// The records of each receiver beside a border.
+    pub fn blends_by_receiver(&self) -> impl Iterator<Item = &[BorderBlend]> {
+        self.border_blends.chunk_by(|a, b| a.receiver == b.receiver)
+    }
+
     /// Number of columns of a cluster's ΣVᵀ.
     pub fn column_count(&self, cluster: &Cluster) -> usize {
         cluster.signal_count as usize + cluster.probe_count as usize * self.coefficients()

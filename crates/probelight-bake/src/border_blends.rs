@@ -34,8 +34,9 @@ pub(crate) fn find_border_blends(
         let beyond = neighbor(next, step).filter(|beyond| cluster(*beyond) == cluster(next));
         Some(BorderBlend { receiver: place, neighbor: next, beyond: beyond.unwrap_or(next) })
     };
+    let record = &record;
     (0..order.len() as u32)
-        .flat_map(|place| STEPS.into_iter().filter_map(move |step| record(place, step)).collect::<Vec<_>>())
+        .flat_map(|place| STEPS.into_iter().filter_map(move |step| record(place, step)))
         .collect()
 }
 

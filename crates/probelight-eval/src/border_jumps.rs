@@ -41,8 +41,7 @@ impl BorderJumps {
         assert_eq!(lightmap.len(), size[0] * size[1], "the lightmap is another one");
         let mut cluster_of_texel = vec![NONE; lightmap.len()];
         for (number, cluster) in (0..).zip(&baked.clusters) {
-            let first = cluster.first_receiver as usize;
-            for texel in &baked.receiver_texels[first..first + cluster.receiver_count as usize] {
+            for texel in baked.texels(cluster) {
                 cluster_of_texel[*texel as usize] = number;
             }
         }
@@ -61,9 +60,9 @@ impl BorderJumps {
         {
             for texel in (0..rows).flat_map(|y| (0..columns).map(move |x| y * width + x)) {
                 let row: [usize; 6] = std::array::from_fn(|i| texel + i * step);
-                let [before @ .., _, _, _] = row.map(|texel| clusters[texel]);
-                let [_, _, _, behind @ ..] = row.map(|texel| clusters[texel]);
-                let is_one = |side: [u32; 3]| side[0] != NONE && side == [side[0]; 3];
+                let crossed = row.map(|texel| clusters[texel]);
+                let (before, behind) = crossed.split_at(3);
+                let is_one = |side: &[u32]| side[0] != NONE && side.iter().all(|c| *c == side[0]);
                 if !is_one(before) || !is_one(behind) {
                     continue;
                 }

@@ -243,7 +243,6 @@ fn push_random_surfels(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSiz
 
 fn random_light_sample(rng: &mut Rng, scene: &Scene, texel: u32) -> LightSample {
     let triangle = below(rng, scene.triangles.len());
-    let [a, b, c] = scene.corners(triangle as usize);
     let (mut u, mut v) = (rng.next_f32(), rng.next_f32());
     if u + v > 1.0 {
         (u, v) = (1.0 - u, 1.0 - v);
@@ -253,7 +252,7 @@ fn random_light_sample(rng: &mut Rng, scene: &Scene, texel: u32) -> LightSample 
         ([code(), code(), code(), code() & 1], [code(), code(), code(), 0]);
     let texel = if rng.next_f32() < 0.05 { NONE } else { texel };
     LightSample {
-        position: a + (b - a) * u + (c - a) * v,
+        position: scene.position(triangle as usize, Vec2::new(u, v)),
         triangle,
         texel,
         base_color_and_side,

@@ -30,8 +30,7 @@ pub(super) fn texture_view(
 fn texels(baked: &BakedScene, count: usize) -> Vec<[u8; 4]> {
     let mut texels = vec![[60, 60, 60, 255]; count];
     for (number, cluster) in (0..).zip(&baked.clusters) {
-        let first = cluster.first_receiver as usize;
-        for texel in &baked.receiver_texels[first..first + cluster.receiver_count as usize] {
+        for texel in baked.texels(cluster) {
             texels[*texel as usize] = color(number);
         }
     }

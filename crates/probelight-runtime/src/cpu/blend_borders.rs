@@ -1,5 +1,7 @@
 //! Second half of stage 4: receivers beside the borders between clusters.
 
+use std::ops::Range;
+
 use probelight_asset::{BakedScene, BorderBlend};
 use probelight_math::glam::Vec3;
 use rayon::prelude::*;
@@ -13,8 +15,8 @@ const STEEPEST_SLOPE: f32 = 0.25;
 /// The blended irradiance of the receivers beside borders.
 #[derive(Clone, Debug)]
 pub(super) struct BlendBorders {
-    /// Per receiver beside a border the end of its records in [`BakedScene::border_blends`].
-    ends: Vec<usize>,
+    /// Per receiver beside a border its records in [`BakedScene::border_blends`].
+    records: Vec<Range<usize>>,
     blended: Vec<Vec3>,
     copies: Scatter,
 }
@@ -23,26 +25,24 @@ impl BlendBorders {
     /// Finds each receiver's records.
     pub(super) fn new(baked: &BakedScene) -> Self {
         let mut end = 0;
-        let mut ends = Vec::new();
-        let mut receivers = Vec::new();
-        for records in baked.border_blends.chunk_by(|a, b| a.receiver == b.receiver) {
+        let range = |records: &[BorderBlend]| {
             end += records.len();
-            ends.push(end);
-            receivers.push(records[0].receiver);
-        }
+            end - records.len()..end
+        };
+        let records: Vec<_> = baked.blends_by_receiver().map(range).collect();
         Self {
-            blended: vec![Vec3::ZERO; ends.len()],
-            ends,
-            copies: Scatter::new(receivers.into_iter().zip(0..)),
+            blended: vec![Vec3::ZERO; records.len()],
+            records,
+            copies: Scatter::new(baked.blends_by_receiver().map(|records| records[0].receiver).zip(0..)),
         }
     }
 
     /// Blends the receivers' irradiance, W/m².
     pub(super) fn blend_borders(&mut self, baked: &BakedScene, irradiance: &mut [Vec3]) {
-        let ends = &self.ends;
-        let records = |i: usize| &baked.border_blends[if i == 0 { 0 } else { ends[i - 1] }..ends[i]];
         let gathered = &*irradiance;
-        self.blended.par_iter_mut().enumerate().for_each(|(i, value)| *value = blend(gathered, records(i)));
+        self.blended.par_iter_mut().zip(&self.records).for_each(|(value, records)| {
+            *value = blend(gathered, &baked.border_blends[records.clone()]);
+        });
         self.copies.copy(&self.blended, irradiance);
     }
 }

@@ -57,7 +57,7 @@ impl BlendBorders {
             (3, blended.as_entire_binding()),
             (4, BindingResource::TextureView(&texels)),
         ];
-        let store_group = store.bind_at(storage.device, 0, &outputs);
+        let store_group = store.bind_at(storage.device, 0, outputs);
         let copied = border_receivers.len() as u64 * (2 * RGB_BYTES);
         Ok(Self {
             bytes: receivers.size() + records.size() + copied,
@@ -81,7 +81,6 @@ impl BlendBorders {
 
 fn border_receivers(baked: &BakedScene) -> Vec<BorderReceiver> {
     let mut first_record = 0;
-    let records = baked.border_blends.chunk_by(|a, b| a.receiver == b.receiver);
     let place = |records: &[BorderBlend]| {
         let (receiver, record_count) = (records[0].receiver, records.len() as u32);
         first_record += record_count;
@@ -92,5 +91,5 @@ fn border_receivers(baked: &BakedScene) -> Vec<BorderReceiver> {
             record_count,
         }
     };
-    records.map(place).collect()
+    baked.blends_by_receiver().map(place).collect()
 }

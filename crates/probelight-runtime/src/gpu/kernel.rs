@@ -40,21 +40,18 @@ impl Kernel {
 
     /// Binds resources to the bindings 0, 1, … of a group.
     pub(super) fn bind(&self, device: &wgpu::Device, group: u32, resources: &[BindingResource]) -> BindGroup {
-        let numbered: Vec<_> = (0..).zip(resources.iter().cloned()).collect();
-        self.bind_at(device, group, &numbered)
+        self.bind_at(device, group, (0..).zip(resources.iter().cloned()))
     }
 
     /// Binds resources to bindings of a group by number.
-    pub(super) fn bind_at(
+    pub(super) fn bind_at<'a>(
         &self,
         device: &wgpu::Device,
         group: u32,
-        resources: &[(u32, BindingResource)],
+        resources: impl IntoIterator<Item = (u32, BindingResource<'a>)>,
     ) -> BindGroup {
-        let entries: Vec<wgpu::BindGroupEntry> = resources
-            .iter()
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding: *binding, resource: resource.clone() })
-            .collect();
+        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+        let entries: Vec<wgpu::BindGroupEntry> = resources.into_iter().map(entry).collect();
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(self.label),
             layout: &self.pipeline.get_bind_group_layout(group),
