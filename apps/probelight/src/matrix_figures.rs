@@ -1,7 +1,8 @@
 //! What the matrices of a baked scene take, and how well they keep the light: figures over its clusters.
 
-use std::fmt::Write;
+use std::fmt::{Display, Formatter, Write};
 
+use probelight_asset::packed::Ranks;
 use probelight_asset::{BakedScene, Cluster};
 use serde::Serialize;
 
@@ -12,8 +13,10 @@ pub(crate) struct MatrixFigures {
     mean_signal_columns: f64,
     /// Mean number of a cluster's columns for coefficients of probes.
     mean_probe_columns: f64,
-    /// Mean number of singular values of a cluster.
-    mean_rank: MeanRank,
+    /// Mean number of singular values of a cluster, by their precision in U.
+    mean_receiver_rank: MeanRank,
+    /// By their precision in ΣVᵀ.
+    mean_signal_rank: MeanRank,
     bytes_per_receiver: BytesPerReceiver,
     /// Shares of the receivers by their cluster's relative error.
     error_histogram: Vec<Bin>,
@@ -27,6 +30,34 @@ struct MeanRank {
     half_float: f64,
     eight_bit: f64,
     four_bit: f64,
+}
+
+impl MeanRank {
+    fn of(clusters: &[Cluster], ranks: impl Fn(&Cluster) -> Ranks) -> Self {
+        let mean = |of_precision: fn(Ranks) -> u32| {
+            let sum: f64 = clusters.iter().map(|c| f64::from(of_precision(ranks(c)))).sum();
+            sum / clusters.len().max(1) as f64
+        };
+        Self {
+            half_float: mean(|ranks| ranks.f16),
+            eight_bit: mean(|ranks| ranks.snorm8),
+            four_bit: mean(|ranks| ranks.snorm4),
+        }
+    }
+}
+
+/// What there is, such as "9.5 eight-bit + 8.1 four-bit".
+impl Display for MeanRank {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        let parts =
+            [(self.half_float, "half-float"), (self.eight_bit, "eight-bit"), (self.four_bit, "four-bit")];
+        let present: Vec<String> = parts
+            .iter()
+            .filter(|(count, _)| *count > 0.0)
+            .map(|(count, name)| format!("{count:.1} {name}"))
+            .collect();
+        f.write_str(&if present.is_empty() { "none".into() } else { present.join(" + ") })
+    }
 }
 
 /// What a frame reads to gather light.
@@ -70,20 +101,17 @@ impl MatrixFigures {
         Self {
             mean_signal_columns: mean(&|c| f64::from(c.signal_count)),
             mean_probe_columns: mean(&|c| f64::from(c.probe_count)) * baked.coefficients() as f64,
-            mean_rank: MeanRank {
-                half_float: mean(&|c| f64::from(c.ranks.f16)),
-                eight_bit: mean(&|c| f64::from(c.ranks.snorm8)),
-                four_bit: mean(&|c| f64::from(c.ranks.snorm4)),
-            },
+            mean_receiver_rank: MeanRank::of(clusters, |c| c.receiver_ranks),
+            mean_signal_rank: MeanRank::of(clusters, |c| c.signal_ranks),
             bytes_per_receiver: BytesPerReceiver::of(baked),
             error_histogram: histogram(clusters, &error_edges, |c| f64::from(c.error)),
-            rank_histogram: histogram(clusters, &RANK_EDGES, |c| f64::from(c.ranks.total())),
+            rank_histogram: histogram(clusters, &RANK_EDGES, |c| f64::from(c.rank())),
         }
     }
 
     /// The figures as text, a name and a value a line.
     pub(crate) fn lines(&self) -> Vec<(&'static str, String)> {
-        let (rank, bytes) = (&self.mean_rank, &self.bytes_per_receiver);
+        let bytes = &self.bytes_per_receiver;
         let mut lines = vec![
             (
                 "columns of a cluster",
@@ -92,13 +120,7 @@ impl MatrixFigures {
                     self.mean_signal_columns, self.mean_probe_columns
                 ),
             ),
-            (
-                "rank of a cluster",
-                format!(
-                    "{:.1} half float, {:.1} eight-bit, {:.1} four-bit",
-                    rank.half_float, rank.eight_bit, rank.four_bit
-                ),
-            ),
+            ("rank of a cluster", format!("U: {}; ΣVᵀ: {}", self.mean_receiver_rank, self.mean_signal_rank)),
             (
                 "bytes per receiver",
                 format!(
@@ -187,7 +209,8 @@ mod tests {
             signal_count: 0,
             first_probe: 0,
             probe_count: 0,
-            ranks: Ranks { snorm8: rank, ..Ranks::default() },
+            receiver_ranks: Ranks { snorm8: rank, ..Ranks::default() },
+            signal_ranks: Ranks { snorm4: rank, ..Ranks::default() },
             receiver_basis_offset: 0,
             signal_basis_offset: 0,
             row_scale_offset: 0,
@@ -201,7 +224,7 @@ mod tests {
         let clusters = [cluster(10, 0.5, 4), cluster(30, 1.0, 5), cluster(60, 9.0, 0)];
         let shares = |bins: Vec<Bin>| bins.iter().map(|bin| bin.share).collect::<Vec<f64>>();
         assert_eq!(shares(histogram(&clusters, &[0.6, 1.0], |c| f64::from(c.error))), [0.1, 0.3, 0.6]);
-        let ranks = histogram(&clusters, &[0.0, 4.0], |c| f64::from(c.ranks.total()));
+        let ranks = histogram(&clusters, &[0.0, 4.0], |c| f64::from(c.rank()));
         assert_eq!(shares(ranks), [0.6, 0.1, 0.3]);
         assert_eq!(shares(histogram(&[], &[1.0], |c| f64::from(c.error))), [0.0, 0.0]);
     }

@@ -326,8 +326,10 @@ pub struct Cluster {
     pub first_probe: u32,
     /// Number of probes.
     pub probe_count: u32,
-    /// How many singular values are kept, and with which precision.
-    pub ranks: Ranks,
+    /// How many singular values are kept, and with which precision U has them.
+    pub receiver_ranks: Ranks,
+    /// With which precision ΣVᵀ has them; as many.
+    pub signal_ranks: Ranks,
     /// Offset of U in `receiver_basis`, words.
     pub receiver_basis_offset: u64,
     /// Offset of ΣVᵀ in `signal_basis`, words.
@@ -341,9 +343,14 @@ pub struct Cluster {
 }
 
 impl Cluster {
+    /// Number of singular values.
+    pub const fn rank(&self) -> u32 {
+        self.receiver_ranks.total()
+    }
+
     /// Words of U.
     pub fn receiver_basis_words(&self) -> u64 {
-        self.ranks.words(u64::from(self.receiver_count))
+        self.receiver_ranks.words(u64::from(self.receiver_count))
     }
 }
 

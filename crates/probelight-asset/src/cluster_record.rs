@@ -7,7 +7,7 @@ use probelight_scene::Bounds;
 use crate::Cluster;
 use crate::packed::Ranks;
 
-/// [`Cluster`] without implicit padding: 96 bytes, aligned to 8.
+/// [`Cluster`] without implicit padding: 104 bytes, aligned to 8.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct ClusterRecord {
@@ -19,17 +19,16 @@ pub(crate) struct ClusterRecord {
     signal_count: u32,
     first_probe: u32,
     probe_count: u32,
-    ranks: Ranks,
+    receiver_ranks: Ranks,
+    signal_ranks: Ranks,
     row_scale_offset: u32,
+    error: f32,
     receiver_basis_offset: u64,
     signal_basis_offset: u64,
     column_exponent_offset: u64,
-    error: f32,
-    /// Zero.
-    reserved: u32,
 }
 
-const _: () = assert!(size_of::<ClusterRecord>() == 96, "the file format says so");
+const _: () = assert!(size_of::<ClusterRecord>() == 104, "the file format says so");
 
 impl From<&Cluster> for ClusterRecord {
     fn from(cluster: &Cluster) -> Self {
@@ -42,13 +41,13 @@ impl From<&Cluster> for ClusterRecord {
             signal_count: cluster.signal_count,
             first_probe: cluster.first_probe,
             probe_count: cluster.probe_count,
-            ranks: cluster.ranks,
+            receiver_ranks: cluster.receiver_ranks,
+            signal_ranks: cluster.signal_ranks,
             row_scale_offset: cluster.row_scale_offset,
+            error: cluster.error,
             receiver_basis_offset: cluster.receiver_basis_offset,
             signal_basis_offset: cluster.signal_basis_offset,
             column_exponent_offset: cluster.column_exponent_offset,
-            error: cluster.error,
-            reserved: 0,
         }
     }
 }
@@ -63,7 +62,8 @@ impl From<&ClusterRecord> for Cluster {
             signal_count: record.signal_count,
             first_probe: record.first_probe,
             probe_count: record.probe_count,
-            ranks: record.ranks,
+            receiver_ranks: record.receiver_ranks,
+            signal_ranks: record.signal_ranks,
             receiver_basis_offset: record.receiver_basis_offset,
             signal_basis_offset: record.signal_basis_offset,
             row_scale_offset: record.row_scale_offset,

@@ -12,7 +12,7 @@ compile_error!("baked files are little-endian arrays that are read without conve
 const MAGIC: [u8; 8] = *b"\x89PLIGHT\n";
 
 /// Version of the format that this crate writes and reads.
-pub(crate) const FORMAT_VERSION: u32 = 3;
+pub(crate) const FORMAT_VERSION: u32 = 4;
 
 /// Sections start at multiples of this, so that a mapped file's arrays are aligned for vector registers and
 /// cache lines.

@@ -91,6 +91,11 @@ impl Ranks {
         self.f16 + self.snorm8 + self.snorm4
     }
 
+    /// All of them, or `None` if there are more than any file can have.
+    pub fn checked_total(self) -> Option<u32> {
+        self.f16.checked_add(self.snorm8)?.checked_add(self.snorm4)
+    }
+
     /// Precision of the k-th singular value.
     pub const fn precision(self, k: usize) -> Precision {
         if k < self.f16 as usize {

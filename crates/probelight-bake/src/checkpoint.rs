@@ -132,7 +132,8 @@ mod tests {
                 signals: vec![4],
                 probes: vec![3],
                 factors: PackedFactors {
-                    ranks: Ranks { snorm8: 1, ..Ranks::default() },
+                    receiver_ranks: Ranks { snorm8: 1, ..Ranks::default() },
+                    signal_ranks: Ranks { snorm4: 1, ..Ranks::default() },
                     receiver_basis: vec![0x4041],
                     signal_basis: vec![0x7f81, 0xff],
                     row_scales: vec![2.0],

@@ -131,7 +131,7 @@ impl Compressor<'_> {
             receivers: block.receivers.clone(),
             signals: matrix.signals.to_vec(),
             probes: matrix.probes.to_vec(),
-            factors: quantize(&factors, &matrix.metric.second_moments(), is_packed, target),
+            factors: quantize(&factors, matrix.metric, is_packed, target),
         }
     }
 }
@@ -298,7 +298,10 @@ mod tests {
     fn matrices_of_low_rank_are_kept_to_storage_precision() {
         let rows = low_rank_rows(100, 5);
         let clusters = compress(&rows, &settings(8, 1e-3, Storage::F16));
-        assert_eq!((clusters.len(), clusters[0].factors.ranks), (1, Ranks { f16: 5, ..Ranks::default() }));
+        assert_eq!(
+            (clusters.len(), clusters[0].factors.receiver_ranks),
+            (1, Ranks { f16: 5, ..Ranks::default() })
+        );
         let stored = reconstruct(&clusters[0]);
         for (r, receiver) in clusters[0].receivers.iter().enumerate() {
             for c in 0..COLUMNS {
@@ -335,7 +338,7 @@ mod tests {
             cluster.factors.receiver_basis.len() + cluster.factors.signal_basis.len()
         };
         assert!(floats.factors.error <= 0.4 && packed.factors.error <= 0.4);
-        assert!(2 * words(&packed) <= words(&floats) + 2 * packed.factors.ranks.total() as usize);
+        assert!(2 * words(&packed) <= words(&floats) + 2 * packed.factors.receiver_ranks.total() as usize);
     }
 
     #[test]

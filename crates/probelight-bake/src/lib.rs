@@ -31,6 +31,7 @@ mod compress;
 mod cut;
 mod emitters;
 mod error;
+mod error_feedback;
 mod gather;
 mod group_worker;
 mod layout;

@@ -64,6 +64,16 @@ impl SignalMetric {
         self.lit.is_some()
     }
 
+    /// Independent strength D of each signal.
+    pub(crate) fn strengths(&self) -> &[f32] {
+        &self.strengths
+    }
+
+    /// √W S, signals by lightings, if the metric has lightings.
+    pub(crate) fn lit(&self) -> Option<&Mat<f32>> {
+        self.lit.as_ref()
+    }
+
     /// `A M Aᵀ`.
     pub(crate) fn gram(&self, a: &Mat<f32>) -> Mat<f64> {
         let scaled = Mat::from_fn(a.nrows(), a.ncols(), |r, c| a[(r, c)] * self.strengths[c]);

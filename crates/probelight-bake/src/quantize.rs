@@ -4,6 +4,9 @@ use faer::Mat;
 use probelight_asset::packed::{Precision, Ranks};
 use serde::{Deserialize, Serialize};
 
+use crate::error_feedback::ErrorFeedback;
+use crate::metric::SignalMetric;
+
 /// U and ΣVᵀ of a cluster, and what each singular value is worth.
 pub(crate) struct Factors<'a> {
     /// Orthonormal columns.
@@ -21,8 +24,10 @@ pub(crate) struct Factors<'a> {
 /// Matrices in words, and how to read them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PackedFactors {
-    /// How many singular values are kept, and how precisely.
-    pub(crate) ranks: Ranks,
+    /// How many singular values are kept, and how precisely in U.
+    pub(crate) receiver_ranks: Ranks,
+    /// How precisely in ΣVᵀ.
+    pub(crate) signal_ranks: Ranks,
     /// U: one line of one value per receiver for each singular value.
     pub(crate) receiver_basis: Vec<u32>,
     /// ΣVᵀ: one line of one value per column of A for each singular value.
@@ -38,54 +43,50 @@ pub(crate) struct PackedFactors {
 /// Column exponents count eighths of octaves.
 const STEPS_PER_OCTAVE: f32 = 8.0;
 
-/// Packs the factors with the fewest bits that keep the relative error at `target`, or with the least error
-/// if none does. `moments` are the signals' mean squares.
+/// Packs the factors with the fewest bits that keep the relative error at `target`; where none do, those beyond
+/// which more bytes are not worth it.
 pub(crate) fn quantize(
     factors: &Factors<'_>,
-    moments: &[f32],
+    metric: &SignalMetric,
     is_packed: bool,
     target: f64,
 ) -> PackedFactors {
-    let scales = Scales::of(factors);
-    let noise = RoundingNoise::of(factors, &scales, moments);
-    let (ranks, energy) = choose_ranks(factors, &noise, is_packed, target);
+    let scales = Scales::of(factors, metric);
+    let columns: Vec<f32> = scales.column_exponents.iter().map(column_factor).collect();
+    let feedback = ErrorFeedback::new(metric, &columns);
+    let noise = RoundingNoise::of(factors, &scales, &feedback);
+    let (receiver_ranks, signal_ranks) = choose_ranks(factors, &noise, is_packed, target);
     let mut packed = PackedFactors {
-        ranks,
+        receiver_ranks,
+        signal_ranks,
         column_exponents: scales.column_exponents.clone(),
-        error: (energy / factors.total.max(f64::MIN_POSITIVE)).max(0.0).sqrt() as f32,
         ..PackedFactors::default()
     };
-    let weights: Vec<f32> =
-        moments.iter().enumerate().map(|(c, moment)| scales.column(c) * moment.sqrt()).collect();
-    for k in 0..ranks.total() as usize {
-        let precision = ranks.precision(k);
+    let rank = receiver_ranks.total() as usize;
+    let mut energy = factors.tails[rank];
+    for k in 0..rank {
+        let precision = receiver_ranks.precision(k);
         let line: Vec<f32> = factors.u.col(k).iter().map(|u| u / scales.receivers[k]).collect();
         precision.pack(&line, &mut packed.receiver_basis);
-        let mut line = scales.row(factors, k);
-        if precision != Precision::F16 {
-            line = carry_errors(&line, precision.step(), &weights);
+        energy += noise.of_u(k, precision);
+        let precision = signal_ranks.precision(k);
+        let mut line: Vec<f32> = columns
+            .iter()
+            .enumerate()
+            .map(|(c, factor)| factors.w[(k, c)] / (scales.rows[k] * factor))
+            .collect();
+        if precision == Precision::F16 {
+            energy += noise.of_w(k, precision);
+        } else {
+            let rounding;
+            (line, rounding) = feedback.round(&line, precision.step());
+            energy += rounding * f64::from(scales.rows[k]).powi(2);
         }
         precision.pack(&line, &mut packed.signal_basis);
         packed.row_scales.push(scales.rows[k] * scales.receivers[k]);
     }
+    packed.error = (energy / factors.total.max(f64::MIN_POSITIVE)).max(0.0).sqrt() as f32;
     packed
-}
-
-/// A row rounded so that errors do not add up: what one column loses the next one gains, in proportion to their
-/// signals' strengths (`weights`). Many small values of one sign would otherwise all become zero.
-fn carry_errors(row: &[f32], step: f32, weights: &[f32]) -> Vec<f32> {
-    let mut carried = 0.0;
-    let rounded = row.iter().zip(weights).map(|(value, weight)| {
-        if *weight <= 0.0 {
-            return *value;
-        }
-        // A weak signal cannot make up for a strong one's error.
-        let wanted = value + (carried / weight).clamp(-0.5 * step, 0.5 * step);
-        let rounded = ((wanted / step).round() * step).clamp(-1.0, 1.0);
-        carried += (value - rounded) * weight;
-        rounded
-    });
-    rounded.collect()
 }
 
 /// Factors that bring all values into −1 to 1.
@@ -97,99 +98,133 @@ struct Scales {
     column_exponents: Vec<u8>,
 }
 
+/// How much finer the columns of strong signals are rounded: their scales fall with this power of the signals' root
+/// mean squares. With 0 each column keeps its digits, with 1 all light is rounded to the same absolute step, and a
+/// few strong columns leave none for the others. Between 0.1 and 0.4 the errors of four bits are within a tenth of
+/// each other on cornell and atrium, and half of what they are with 0 or 0.6.
+const STRENGTH_POWER: f32 = 0.3;
+
 impl Scales {
-    fn of(factors: &Factors<'_>) -> Self {
+    fn of(factors: &Factors<'_>, metric: &SignalMetric) -> Self {
         let (rank, columns) = (factors.w.nrows(), factors.w.ncols());
-        // A column's norm: its strongest entries, most often those of the first row, decide.
-        let share = |c: usize| (0..rank).map(|k| factors.w[(k, c)].powi(2)).sum::<f32>().sqrt();
-        let shares: Vec<f32> = (0..columns).map(share).collect();
-        let largest = shares.iter().fold(f32::MIN_POSITIVE, |a, b| a.max(*b));
-        let exponent = |share: &f32| ((-STEPS_PER_OCTAVE * (share / largest).log2()).max(0.0)) as u8;
-        let mut scales = Self {
-            receivers: Vec::new(),
-            rows: Vec::new(),
-            column_exponents: shares.iter().map(exponent).collect(),
+        let moments = metric.second_moments();
+        let strongest = moments.iter().fold(f32::MIN_POSITIVE, |a, b| a.max(*b));
+        let size = |c: usize| {
+            let norm = (0..rank).map(|k| factors.w[(k, c)].powi(2)).sum::<f32>().sqrt();
+            // A signal that is hardly ever on must not have the largest column.
+            let strength = (moments[c] / strongest).max(1e-9).sqrt();
+            norm.powf(1.0 - STRENGTH_POWER) * strength.powf(-STRENGTH_POWER)
         };
+        let sizes: Vec<f32> = (0..columns).map(size).collect();
+        let largest = sizes.iter().fold(f32::MIN_POSITIVE, |a, b| a.max(*b));
+        let exponent = |size: &f32| ((-STEPS_PER_OCTAVE * (size / largest).log2()).max(0.0)) as u8;
+        let column_exponents: Vec<u8> = sizes.iter().map(exponent).collect();
         let largest_or_one = |values: &mut dyn Iterator<Item = f32>| {
             let largest = values.fold(0f32, |largest, value| largest.max(value.abs()));
             if largest > 0.0 { largest } else { 1.0 }
         };
-        for k in 0..rank {
-            scales.receivers.push(largest_or_one(&mut factors.u.col(k).iter().copied()));
-            let row = &mut (0..columns).map(|c| factors.w[(k, c)] / scales.column(c));
-            scales.rows.push(largest_or_one(row));
+        let row = |k| {
+            let scaled = |(c, exponent)| factors.w[(k, c)] / column_factor(exponent);
+            largest_or_one(&mut column_exponents.iter().enumerate().map(scaled))
+        };
+        Self {
+            receivers: (0..rank).map(|k| largest_or_one(&mut factors.u.col(k).iter().copied())).collect(),
+            rows: (0..rank).map(row).collect(),
+            column_exponents,
         }
-        scales
-    }
-
-    /// Row k of ΣVᵀ, scaled.
-    fn row(&self, factors: &Factors<'_>, k: usize) -> Vec<f32> {
-        (0..factors.w.ncols()).map(|c| factors.w[(k, c)] / (self.rows[k] * self.column(c))).collect()
-    }
-
-    fn column(&self, c: usize) -> f32 {
-        (-f32::from(self.column_exponents[c]) / STEPS_PER_OCTAVE).exp2()
     }
 }
 
+/// The factor that a column's exponent stands for.
+fn column_factor(exponent: &u8) -> f32 {
+    (-f32::from(*exponent) / STEPS_PER_OCTAVE).exp2()
+}
+
 /// Energy that rounding each component to steps of 1 adds; it grows with the square of the step.
-struct RoundingNoise(Vec<f64>);
+struct RoundingNoise {
+    u: Vec<f64>,
+    w: Vec<f64>,
+}
 
 impl RoundingNoise {
-    fn of(factors: &Factors<'_>, scales: &Scales, moments: &[f32]) -> Self {
-        // The variance of rounding to steps of 1. Values of ΣVᵀ also carry the error of the one before.
+    fn of(factors: &Factors<'_>, scales: &Scales, feedback: &ErrorFeedback) -> Self {
+        // The variance of rounding to steps of 1.
         const VARIANCE: f64 = 1.0 / 12.0;
         let squared = |v: f32| f64::from(v) * f64::from(v);
-        let columns: f64 =
-            moments.iter().enumerate().map(|(c, m)| squared(scales.column(c)) * f64::from(*m)).sum();
-        let of_component = |k: usize| {
-            let of_u = factors.u.nrows() as f64 * squared(scales.receivers[k]) * factors.energies[k];
-            let of_w = squared(scales.rows[k]) * columns;
-            VARIANCE * (of_u + 2.0 * of_w)
-        };
-        Self((0..factors.energies.len()).map(of_component).collect())
+        let rows = factors.u.nrows() as f64;
+        let of_column = feedback.rounding_energy();
+        Self {
+            u: factors
+                .energies
+                .iter()
+                .zip(&scales.receivers)
+                .map(|(energy, scale)| VARIANCE * rows * squared(*scale) * energy)
+                .collect(),
+            w: scales.rows.iter().map(|scale| squared(*scale) * of_column).collect(),
+        }
     }
 
-    fn at(&self, k: usize, precision: Precision) -> f64 {
-        self.0[k] * f64::from(precision.step()).powi(2)
+    fn of_u(&self, k: usize, precision: Precision) -> f64 {
+        self.u[k] * f64::from(precision.step()).powi(2)
+    }
+
+    fn of_w(&self, k: usize, precision: Precision) -> f64 {
+        self.w[k] * f64::from(precision.step()).powi(2)
     }
 }
 
 /// What a byte per receiver must save at least where the target is out of reach: a share of the target's energy.
 const BYTE_PRICE: f64 = 0.1;
 
-/// The cheapest ranks within the target; where none are, those beyond which more bytes are not worth it. And the
-/// energy of their error.
-fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, is_packed: bool, target: f64) -> (Ranks, f64) {
+/// The cheapest ranks of U and ΣVᵀ within the target; where none are, those beyond which more bytes are not worth it.
+fn choose_ranks(
+    factors: &Factors<'_>,
+    noise: &RoundingNoise,
+    is_packed: bool,
+    target: f64,
+) -> (Ranks, Ranks) {
     let most = factors.energies.len();
     let accepted = target * target * factors.total;
-    let tail = |kept: usize| factors.tails[kept];
     if !is_packed {
-        let rank = (0..=most).find(|rank| tail(*rank) <= accepted).unwrap_or(most);
-        let rounding: f64 = (0..rank).map(|k| noise.at(k, Precision::F16)).sum();
-        return (Ranks { f16: rank as u32, ..Ranks::default() }, tail(rank) + rounding);
+        let rank = (0..=most).find(|rank| factors.tails[*rank] <= accepted).unwrap_or(most);
+        let ranks = Ranks { f16: rank as u32, ..Ranks::default() };
+        return (ranks, ranks);
     }
-    let (rows, columns) = (factors.u.nrows(), factors.w.ncols());
-    // A bit of a singular value is one for each row of U and each column of ΣVᵀ.
-    let bit_price = BYTE_PRICE * accepted * (rows + columns) as f64 / (8 * rows.max(1)) as f64;
-    let mut best = (Ranks::default(), factors.total);
+    // What a singular value costs in four bits: a value for each receiver or column.
+    let byte_price = BYTE_PRICE * accepted;
+    let u_price = 0.5 * byte_price;
+    let w_price = u_price * factors.w.ncols() as f64 / factors.u.nrows().max(1) as f64;
+    let mut best = (0, 0, 0);
     let mut lowest_cost = (true, f64::INFINITY);
     for total in 0..=most {
-        let mut energy = tail(total) + (0..total).map(|k| noise.at(k, Precision::Snorm4)).sum::<f64>();
-        for fine in 0..=total {
-            if fine > 0 {
-                energy += noise.at(fine - 1, Precision::Snorm8) - noise.at(fine - 1, Precision::Snorm4);
-            }
-            let price = bit_price * (8 * fine + 4 * (total - fine)) as f64;
-            let misses = energy > accepted;
-            let cost = (misses, if misses { energy + price } else { price });
-            if cost < lowest_cost {
-                lowest_cost = cost;
-                best = (Ranks { f16: 0, snorm8: fine as u32, snorm4: (total - fine) as u32 }, energy);
+        let energies_in_u = mixed_energies(total, |k, precision| noise.of_u(k, precision));
+        let energies_in_w = mixed_energies(total, |k, precision| noise.of_w(k, precision));
+        for (fine_u, of_u) in energies_in_u.iter().enumerate() {
+            for (fine_w, of_w) in energies_in_w.iter().enumerate() {
+                let energy = factors.tails[total] + of_u + of_w;
+                let price = u_price * (total + fine_u) as f64 + w_price * (total + fine_w) as f64;
+                let misses = energy > accepted;
+                let cost = (misses, if misses { energy + price } else { price });
+                if cost < lowest_cost {
+                    lowest_cost = cost;
+                    best = (total, fine_u, fine_w);
+                }
             }
         }
     }
-    best
+    let ranks = |fine: usize| Ranks { f16: 0, snorm8: fine as u32, snorm4: (best.0 - fine) as u32 };
+    (ranks(best.1), ranks(best.2))
+}
+
+/// Energy of rounding `total` components if the first n have eight bits and the others four, for every n.
+fn mixed_energies(total: usize, noise: impl Fn(usize, Precision) -> f64) -> Vec<f64> {
+    let coarse = (0..total).map(|k| noise(k, Precision::Snorm4)).sum::<f64>();
+    let mut energies = vec![coarse];
+    energies.extend((0..total).scan(coarse, |energy, k| {
+        *energy += noise(k, Precision::Snorm8) - noise(k, Precision::Snorm4);
+        Some(*energy)
+    }));
+    energies
 }
 
 #[cfg(test)]
@@ -200,16 +235,14 @@ pub(crate) mod tests {
 
     /// U·ΣVᵀ as a runtime reads it.
     pub(crate) fn unpacked(packed: &PackedFactors, receivers: usize, columns: usize) -> Mat<f32> {
-        let ranks = packed.ranks;
-        let lines = |words: &[u32], count: usize| {
+        let lines = |ranks: Ranks, words: &[u32], count: usize| {
             Mat::from_fn(ranks.total() as usize, count, |k, i| {
                 ranks.precision(k).unpack(&words[ranks.line_start(k, count)..], i)
             })
         };
-        let (u, w) = (lines(&packed.receiver_basis, receivers), lines(&packed.signal_basis, columns));
-        let scale = |k: usize, c: usize| {
-            packed.row_scales[k] * (-f32::from(packed.column_exponents[c]) / STEPS_PER_OCTAVE).exp2()
-        };
+        let u = lines(packed.receiver_ranks, &packed.receiver_basis, receivers);
+        let w = lines(packed.signal_ranks, &packed.signal_basis, columns);
+        let scale = |k: usize, c: usize| packed.row_scales[k] * column_factor(&packed.column_exponents[c]);
         let w = Mat::from_fn(w.nrows(), columns, |k, c| w[(k, c)] * scale(k, c));
         u.transpose() * w
     }
@@ -256,7 +289,8 @@ pub(crate) mod tests {
                 tails: &self.tails,
                 total: self.tails[0],
             };
-            quantize(&factors, &self.moments, is_packed, target)
+            let metric = SignalMetric::independent(self.moments.iter().map(|m| m.sqrt()).collect());
+            quantize(&factors, &metric, is_packed, target)
         }
 
         /// Relative error of packed factors in the metric, compared value by value.
@@ -295,24 +329,18 @@ pub(crate) mod tests {
         let packed = sample.quantize(true, 1e-4);
         let (reported, real) = (f64::from(packed.error), sample.error_of(&packed));
         assert!(real > 1e-3 && is_plausible(real, reported), "{real}, not {reported}");
-        assert_eq!(packed.ranks.snorm4, 0, "against this target four bits are never worth their error");
+        assert_eq!(
+            packed.signal_ranks.snorm4, 0,
+            "against this target four bits are never worth their error"
+        );
         // Negative control: the comparison sees a value that is off by half its range.
         let mut wrong = packed;
         wrong.signal_basis[0] ^= 0x40;
         assert!(!is_plausible(sample.error_of(&wrong), reported));
         // A target that is barely missed is worth less.
         let slow = Sample::new(0.97);
-        let ranks = [1e-4, 0.2].map(|target| slow.quantize(true, target).ranks.total());
+        let ranks = [1e-4, 0.2].map(|target| slow.quantize(true, target).receiver_ranks.total());
         assert!(ranks[1] < ranks[0] && ranks[0] == COMPONENTS as u32, "{ranks:?}");
-    }
-
-    #[test]
-    fn many_small_values_of_one_sign_keep_their_sum() {
-        let row = vec![0.002; 500];
-        let rounded = carry_errors(&row, Precision::Snorm8.step(), &[1.0; 500]);
-        assert!((rounded.iter().sum::<f32>() - 1.0).abs() < Precision::Snorm8.step());
-        // Negative control: each rounded by itself, they vanish.
-        assert!(row.iter().all(|value| value / Precision::Snorm8.step() < 0.5));
     }
 
     #[test]
@@ -324,6 +352,6 @@ pub(crate) mod tests {
         };
         let sizes = [0.02, 0.05, 0.1, 0.3, 1.0].map(words);
         assert!(sizes.is_sorted_by(|a, b| a > b) && sizes[4] == 0, "{sizes:?}");
-        assert!(sample.quantize(true, 0.1).ranks.snorm4 > 0);
+        assert!(sample.quantize(true, 0.1).signal_ranks.snorm4 > 0);
     }
 }

@@ -103,7 +103,7 @@ fn assert_same(a: &BakedScene, b: &BakedScene) {
 fn each_method_has_its_own_signals_and_the_rest_follows() {
     let paper = quick_bake("cornell.glb", Method::Paper);
     assert!(paper.surfel_groups.is_empty() && paper.emitters.is_empty() && paper.cluster_signals.is_empty());
-    assert!(!paper.probes.is_empty() && paper.clusters.iter().all(|c| c.ranks.f16 == c.ranks.total()));
+    assert!(!paper.probes.is_empty() && paper.clusters.iter().all(|c| c.signal_ranks.f16 == c.rank()));
     let rays_to_surfaces = paper.relight_surfels.iter().filter(|s| **s != NONE).count();
     assert_eq!(paper.surfels.len(), rays_to_surfaces, "every relight ray evaluates light of its own");
 
@@ -111,7 +111,7 @@ fn each_method_has_its_own_signals_and_the_rest_follows() {
     let hybrid = bake(load("cornell.glb"), &wide, None, &Silent).unwrap();
     assert_eq!(hybrid.emitters.len(), 1, "the ceiling lamp");
     assert!(hybrid.probes.is_empty() && hybrid.clusters.iter().all(|c| c.probe_count == 0));
-    assert!(hybrid.clusters.iter().all(|c| c.ranks.f16 == 0 && c.ranks.total() > 0));
+    assert!(hybrid.clusters.iter().all(|c| c.signal_ranks.f16 == 0 && c.rank() > 0));
     assert!(hybrid.surfels.len() < hybrid.receiver_texels.len());
 
     let near = BakeOptions { near_radius: Some(1.0), ..quick(Method::Hybrid) };

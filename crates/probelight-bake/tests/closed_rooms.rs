@@ -35,19 +35,20 @@ fn constant_radiance(baked: &BakedScene, cluster: &Cluster) -> Vec<f32> {
 
 /// Irradiance of every receiver of a cluster for given signals, from the packed matrices.
 fn irradiance(baked: &BakedScene, cluster: &Cluster, signals: &[f32]) -> Vec<f32> {
-    let (ranks, columns, height) = (cluster.ranks, signals.len(), cluster.receiver_count as usize);
+    let (columns, height) = (signals.len(), cluster.receiver_count as usize);
     let basis = &baked.signal_basis[cluster.signal_basis_offset as usize..];
     let u = &baked.receiver_basis[cluster.receiver_basis_offset as usize..];
     let exponents = &baked.column_exponents[cluster.column_exponent_offset as usize..];
     let mut irradiance = vec![0.0; height];
-    for k in 0..ranks.total() as usize {
-        let precision = ranks.precision(k);
-        let row = &basis[ranks.line_start(k, columns)..];
+    for k in 0..cluster.rank() as usize {
+        let precision = cluster.signal_ranks.precision(k);
+        let row = &basis[cluster.signal_ranks.line_start(k, columns)..];
         let scaled =
             |c: usize| precision.unpack(row, c) * (-f32::from(exponents[c]) / 8.0).exp2() * signals[c];
         let coefficient =
             (0..columns).map(scaled).sum::<f32>() * baked.row_scales[cluster.row_scale_offset as usize + k];
-        let line = &u[ranks.line_start(k, height)..];
+        let line = &u[cluster.receiver_ranks.line_start(k, height)..];
+        let precision = cluster.receiver_ranks.precision(k);
         for (r, e) in irradiance.iter_mut().enumerate() {
             *e += precision.unpack(line, r) * coefficient;
         }

@@ -17,8 +17,10 @@ pub struct SyntheticSize {
     pub clusters: usize,
     /// Receivers of each.
     pub receivers_per_cluster: usize,
-    /// Singular values of each.
-    pub ranks: Ranks,
+    /// Singular values of each, by the precision that U has them with.
+    pub receiver_ranks: Ranks,
+    /// By that of ΣVᵀ; as many.
+    pub signal_ranks: Ranks,
     /// Number of surfels.
     pub surfels: usize,
     /// Surfels have 1 to this many samples.
@@ -53,7 +55,8 @@ impl SyntheticSize {
         Self {
             clusters: receivers.div_ceil(receivers_per_cluster),
             receivers_per_cluster,
-            ranks: Ranks { f16: 0, snorm8: 16, snorm4: 8 },
+            receiver_ranks: Ranks { f16: 0, snorm8: 8, snorm4: 16 },
+            signal_ranks: Ranks { f16: 0, snorm8: 4, snorm4: 20 },
             surfels,
             samples_per_surfel: 7,
             surfel_groups: surfels - 1,
@@ -72,7 +75,8 @@ impl SyntheticSize {
     pub fn paper(receivers: usize) -> Self {
         let (probes, rays) = (receivers.div_ceil(300), 512);
         Self {
-            ranks: Ranks { f16: 32, snorm8: 0, snorm4: 0 },
+            receiver_ranks: Ranks { f16: 32, snorm8: 0, snorm4: 0 },
+            signal_ranks: Ranks { f16: 32, snorm8: 0, snorm4: 0 },
             surfels: probes * rays,
             samples_per_surfel: 1,
             surfel_groups: 0,
@@ -314,12 +318,14 @@ fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSiz
     let kind = if size.varied { index % 3 } else { 0 };
     let signal_count = if kind == 2 { 0 } else { size.signals_per_cluster };
     let probe_count = if kind == 1 { 0 } else { size.probes_per_cluster };
-    let Ranks { f16, snorm8, snorm4 } = size.ranks;
-    let ranks = match kind {
-        0 => size.ranks,
-        1 => Ranks { f16: snorm8, snorm8: snorm4, snorm4: f16 },
-        _ => Ranks { f16: snorm4, snorm8: f16, snorm4: snorm8 },
-    };
+    let [receiver_ranks, signal_ranks] = [size.receiver_ranks, size.signal_ranks].map(|ranks| {
+        let Ranks { f16, snorm8, snorm4 } = ranks;
+        match kind {
+            0 => ranks,
+            1 => Ranks { f16: snorm8, snorm8: snorm4, snorm4: f16 },
+            _ => Ranks { f16: snorm4, snorm8: f16, snorm4: snorm8 },
+        }
+    });
     let cluster = Cluster {
         bounds: Bounds { min: Vec3::ZERO, max: Vec3::ONE },
         first_receiver: (index * size.receivers_per_cluster) as u32,
@@ -328,7 +334,8 @@ fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSiz
         signal_count: signal_count as u32,
         first_probe: baked.cluster_probes.len() as u32,
         probe_count: probe_count as u32,
-        ranks,
+        receiver_ranks,
+        signal_ranks,
         receiver_basis_offset: baked.receiver_basis.len() as u64,
         signal_basis_offset: baked.signal_basis.len() as u64,
         row_scale_offset: baked.row_scales.len() as u32,
@@ -341,11 +348,11 @@ fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSiz
     let first = index * size.probes / size.clusters;
     baked.cluster_probes.extend((0..probe_count).map(|p| ((first + p) % size.probes) as u32));
     baked.column_exponents.extend((0..columns).map(|_| below(rng, 30) as u8));
-    for k in 0..ranks.total() as usize {
+    for k in 0..receiver_ranks.total() as usize {
         baked.row_scales.push(0.01 + 0.02 * rng.next_f32());
         let mut line = |count: usize| (0..count).map(|_| 2.0 * rng.next_f32() - 0.9).collect::<Vec<f32>>();
-        ranks.precision(k).pack(&line(size.receivers_per_cluster), &mut baked.receiver_basis);
-        ranks.precision(k).pack(&line(columns), &mut baked.signal_basis);
+        receiver_ranks.precision(k).pack(&line(size.receivers_per_cluster), &mut baked.receiver_basis);
+        signal_ranks.precision(k).pack(&line(columns), &mut baked.signal_basis);
     }
     baked.clusters.push(cluster);
 }

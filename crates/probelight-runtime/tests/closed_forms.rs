@@ -214,7 +214,8 @@ fn identity_matrices_pass_the_columns_in_order() {
         let size = Size {
             clusters: 1,
             receivers_per_cluster: columns,
-            ranks,
+            receiver_ranks: ranks,
+            signal_ranks: ranks,
             signals_per_cluster: scalars,
             probes,
             probes_per_cluster: probes,

@@ -178,7 +178,8 @@ fn stages_equal_their_twins_at_other_sizes() {
     let many = Size {
         clusters: 3,
         receivers_per_cluster: 700,
-        ranks: Ranks { f16: 30, snorm8: 40, snorm4: 50 },
+        receiver_ranks: Ranks { f16: 30, snorm8: 40, snorm4: 50 },
+        signal_ranks: Ranks { f16: 5, snorm8: 15, snorm4: 100 },
         surfels: 5000,
         surfel_groups: 4000,
         signals_per_cluster: 2500,

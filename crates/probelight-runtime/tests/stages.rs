@@ -101,8 +101,10 @@ proptest! {
         (signals_per_cluster, probes, sh_degree) in (0usize..70, 1usize..12, 0usize..6),
         varied in any::<bool>(),
     ) {
+        let Ranks { f16, snorm8, snorm4 } = ranks;
+        let signal_ranks = Ranks { f16: snorm4, snorm8: f16, snorm4: snorm8 };
         let size = Size {
-            clusters, receivers_per_cluster, ranks, surfels, samples_per_surfel, surfel_groups, emitters,
+            clusters, receivers_per_cluster, receiver_ranks: ranks, signal_ranks, surfels, samples_per_surfel, surfel_groups, emitters,
             sky_degree, signals_per_cluster, probes, sh_degree, varied, probes_per_cluster: probes % 4, rays: 50,
         };
         compare(random_room(size));

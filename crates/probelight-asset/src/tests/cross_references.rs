@@ -113,7 +113,9 @@ fn clusters_are_checked() {
     refused("cluster 1 does not start", |b| b.clusters[1].signal_basis_offset = 17);
     refused("cluster 1 does not start", |b| b.clusters[1].row_scale_offset = 0);
     refused("cluster 1 does not start", |b| b.clusters[1].column_exponent_offset = 11);
-    refused("cluster 1 does not start", |b| b.clusters[0].ranks.f16 = 2);
+    refused("cluster 1 does not start", |b| {
+        b.clusters[0].receiver_ranks = Ranks { f16: 2, ..Ranks::default() };
+    });
     refused("the clusters need", |b| b.clusters[1].signal_count = 0);
     refused("the clusters need", |b| b.clusters[1].probe_count = 0);
     refused("the clusters need", |b| b.clusters[1].receiver_count = u32::MAX);
@@ -121,7 +123,11 @@ fn clusters_are_checked() {
     refused("the clusters need", |b| b.row_scales.push(1.0));
     refused("the clusters need", |b| b.column_exponents.push(1));
     refused("cluster 1 is too large", |b| b.clusters[1].probe_count = u32::MAX);
-    refused("cluster 1 is too large", |b| b.clusters[1].ranks.f16 = u32::MAX);
+    refused("cluster 1 has different numbers", |b| b.clusters[1].signal_ranks.f16 = 1);
+    refused("cluster 1 is too large", |b| {
+        b.clusters[1].receiver_ranks.f16 = u32::MAX;
+        b.clusters[1].signal_ranks.f16 = u32::MAX;
+    });
     refused("cluster 0 has a box", |b| b.clusters[0].bounds.min.x = 2.0);
     refused("cluster 0 has no usable error", |b| b.clusters[0].error = f32::NAN);
 }

@@ -89,6 +89,7 @@ fn with_clusters(sizes: &[ClusterSize], values: &[f32]) -> BakedScene {
     let value = |i: usize| values[i % values.len()];
     for (receiver_count, signal_count, probe_count, [f16, snorm8, snorm4]) in sizes.iter().copied() {
         let ranks = Ranks { f16, snorm8, snorm4 };
+        let signal_ranks = Ranks { f16: snorm4, snorm8: f16, snorm4: snorm8 };
         let cluster = Cluster {
             bounds: Bounds { min: Vec3::NEG_ONE, max: Vec3::splat(value(receivers as usize).abs()) },
             first_receiver: receivers,
@@ -97,7 +98,8 @@ fn with_clusters(sizes: &[ClusterSize], values: &[f32]) -> BakedScene {
             signal_count,
             first_probe: probes,
             probe_count,
-            ranks,
+            receiver_ranks: ranks,
+            signal_ranks,
             receiver_basis_offset: baked.receiver_basis.len() as u64,
             signal_basis_offset: baked.signal_basis.len() as u64,
             row_scale_offset: baked.row_scales.len() as u32,
@@ -108,7 +110,7 @@ fn with_clusters(sizes: &[ClusterSize], values: &[f32]) -> BakedScene {
         for k in 0..ranks.total() as usize {
             let line = |count: usize| (0..count).map(|i| value(i + k)).collect::<Vec<f32>>();
             ranks.precision(k).pack(&line(receiver_count as usize), &mut baked.receiver_basis);
-            ranks.precision(k).pack(&line(columns), &mut baked.signal_basis);
+            signal_ranks.precision(k).pack(&line(columns), &mut baked.signal_basis);
             baked.row_scales.push(value(k));
         }
         baked.column_exponents.extend((0..columns).map(|column| (column * 7) as u8));

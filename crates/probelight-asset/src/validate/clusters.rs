@@ -25,6 +25,10 @@ impl BakedScene {
                 "cluster {c} has a box that is not one"
             );
             ensure!(cluster.error >= 0.0 && cluster.error.is_finite(), "cluster {c} has no usable error");
+            ensure!(
+                cluster.receiver_ranks.checked_total() == cluster.signal_ranks.checked_total(),
+                "cluster {c} has different numbers of singular values in its two matrices"
+            );
             end.advance(cluster, self.coefficients() as u64)
                 .ok_or_else(|| format!("cluster {c} is too large"))?;
         }
@@ -63,8 +67,8 @@ impl BakedScene {
         for (c, cluster) in self.clusters.iter().enumerate() {
             let u = &self.receiver_basis[cluster.receiver_basis_offset as usize..];
             let sv = &self.signal_basis[cluster.signal_basis_offset as usize..];
-            let usable = lines_are_usable(u, cluster.ranks, cluster.receiver_count as usize)
-                && lines_are_usable(sv, cluster.ranks, self.column_count(cluster));
+            let usable = lines_are_usable(u, cluster.receiver_ranks, cluster.receiver_count as usize)
+                && lines_are_usable(sv, cluster.signal_ranks, self.column_count(cluster));
             ensure!(usable, "a transport matrix of cluster {c} has a value that is not finite, or below −1");
         }
         ensure!(self.row_scales.iter().all(|v| v.is_finite()), "a row scale is not finite");
@@ -111,8 +115,7 @@ impl ClusterEnd {
 
     /// Adds a cluster; `None` if it is larger than any file can be.
     fn advance(&mut self, cluster: &Cluster, coefficients: u64) -> Option<()> {
-        let ranks = cluster.ranks;
-        let rank = ranks.f16.checked_add(ranks.snorm8)?.checked_add(ranks.snorm4)?;
+        let rank = cluster.receiver_ranks.checked_total()?;
         let receivers = u64::from(cluster.receiver_count);
         let columns = u64::from(cluster.signal_count) + u64::from(cluster.probe_count) * coefficients;
         // With lines shorter than this, the words of a matrix cannot overflow.
@@ -120,8 +123,8 @@ impl ClusterEnd {
         self.receivers = self.receivers.checked_add(receivers)?;
         self.signals = self.signals.checked_add(u64::from(cluster.signal_count))?;
         self.probes = self.probes.checked_add(u64::from(cluster.probe_count))?;
-        self.receiver_basis = self.receiver_basis.checked_add(ranks.words(receivers))?;
-        self.signal_basis = self.signal_basis.checked_add(ranks.words(columns))?;
+        self.receiver_basis = self.receiver_basis.checked_add(cluster.receiver_ranks.words(receivers))?;
+        self.signal_basis = self.signal_basis.checked_add(cluster.signal_ranks.words(columns))?;
         self.row_scales = self.row_scales.checked_add(u64::from(rank))?;
         self.column_exponents = self.column_exponents.checked_add(columns)?;
         Some(())

@@ -63,9 +63,9 @@ impl ReceiverIrradiance {
         let end = &self.basis_end;
         let start = |cluster: &Cluster| cluster.first_receiver as usize;
         for_each_cluster(&baked.clusters, &mut self.values, &start, &|cluster, receivers| {
-            let b = &coefficients[cluster.row_scale_offset as usize..][..cluster.ranks.total() as usize];
+            let b = &coefficients[cluster.row_scale_offset as usize..][..cluster.rank() as usize];
             let basis = end.words_from(&baked.receiver_basis, cluster.receiver_basis_offset);
-            gather_cluster(basis, cluster.ranks, b, receivers);
+            gather_cluster(basis, cluster.receiver_ranks, b, receivers);
         });
         self.borders.blend_borders(baked, &mut self.values);
         self.copies.copy(&self.values, &mut lightmap.texels);

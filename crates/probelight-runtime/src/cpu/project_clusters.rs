@@ -190,8 +190,8 @@ fn project_cluster(
     b: &mut [[f32; 3]],
 ) {
     let rows = Rows { words, count: baked.column_count(cluster) };
-    let (f16, integers) = b.split_at_mut(cluster.ranks.f16 as usize);
-    let (snorm8, snorm4) = integers.split_at_mut(cluster.ranks.snorm8 as usize);
+    let (f16, integers) = b.split_at_mut(cluster.signal_ranks.f16 as usize);
+    let (snorm8, snorm4) = integers.split_at_mut(cluster.signal_ranks.snorm8 as usize);
     rows.multiply_section::<F16>(columns, f16)
         .multiply_section::<Snorm8>(columns, snorm8)
         .multiply_section::<Snorm4>(columns, snorm4);

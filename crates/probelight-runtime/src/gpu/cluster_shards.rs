@@ -6,6 +6,7 @@
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 
+use probelight_asset::packed::Ranks;
 use probelight_asset::{BakedScene, Cluster};
 
 use super::device::GpuError;
@@ -29,12 +30,10 @@ pub(super) struct ClusterRecord {
     pub(super) first_column: u32,
     /// Number of columns.
     pub(super) column_count: u32,
-    /// Singular values stored as half floats.
-    pub(super) rank_f16: u32,
-    /// As eight bits.
-    pub(super) rank_snorm8: u32,
-    /// As four bits.
-    pub(super) rank_snorm4: u32,
+    /// Singular values by the precision that U has them with.
+    pub(super) receiver_ranks: Ranks,
+    /// By that of ΣVᵀ.
+    pub(super) signal_ranks: Ranks,
     /// First word of U.
     pub(super) receiver_basis_offset: u32,
     /// First word of ΣVᵀ.
@@ -109,11 +108,11 @@ fn largest_part(baked: &BakedScene, cluster: &Cluster) -> u64 {
     let columns = baked.column_count(cluster) as u64;
     let words = [
         cluster.receiver_basis_words(),
-        cluster.ranks.words(columns),
+        cluster.signal_ranks.words(columns),
         columns,
         u64::from(cluster.receiver_count),
         size_of::<ClusterRecord>() as u64 / 4,
-        3 * u64::from(cluster.ranks.total()),
+        3 * u64::from(cluster.rank()),
     ];
     4 * words.into_iter().max().unwrap_or(0)
 }
@@ -156,9 +155,8 @@ impl<'a> ShardArrays<'a> {
             receiver_count: cluster.receiver_count,
             first_column: self.column_signals.len() as u32,
             column_count: baked.column_count(cluster) as u32,
-            rank_f16: cluster.ranks.f16,
-            rank_snorm8: cluster.ranks.snorm8,
-            rank_snorm4: cluster.ranks.snorm4,
+            receiver_ranks: cluster.receiver_ranks,
+            signal_ranks: cluster.signal_ranks,
             receiver_basis_offset: (cluster.receiver_basis_offset - first.receiver_basis_offset) as u32,
             signal_basis_offset: (cluster.signal_basis_offset - first.signal_basis_offset) as u32,
             first_row: cluster.row_scale_offset - first.row_scale_offset,

@@ -134,8 +134,8 @@ fn structs_are_the_same_on_both_sides() {
         compare!(m, Levels as "Levels" { first_group, level_count }),
         compare!(m, SignalShape as "SignalShape" { scalar_signals, coefficients, rays, probes }),
         compare!(m, ClusterRecord as "ClusterRecord" {
-            first_receiver, first_texel, receiver_count, first_column, column_count, rank_f16, rank_snorm8,
-            rank_snorm4, receiver_basis_offset, signal_basis_offset, first_row, exponent_offset
+            first_receiver, first_texel, receiver_count, first_column, column_count, receiver_ranks, signal_ranks,
+            receiver_basis_offset, signal_basis_offset, first_row, exponent_offset
         }),
         compare!(m, GatherTask as "GatherTask" { cluster, first }),
         compare!(m, BorderReceiver as "BorderReceiver" { receiver, texel, first_record, record_count }),

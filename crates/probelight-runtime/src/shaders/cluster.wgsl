@@ -1,5 +1,12 @@
 // Where a cluster's parts lie in the buffers of its shard.
 
+/// Singular values stored as half floats, as eight bits, as four bits, in this order.
+struct Ranks {
+    f16: u32,
+    snorm8: u32,
+    snorm4: u32,
+}
+
 struct ClusterRecord {
     /// Among all receivers.
     first_receiver: u32,
@@ -9,10 +16,9 @@ struct ClusterRecord {
     /// In `column_signals`.
     first_column: u32,
     column_count: u32,
-    /// Singular values stored as half floats, as eight bits, as four bits, in this order.
-    rank_f16: u32,
-    rank_snorm8: u32,
-    rank_snorm4: u32,
+    /// Of U, and of ΣVᵀ: as many.
+    receiver_ranks: Ranks,
+    signal_ranks: Ranks,
     /// First word of U.
     receiver_basis_offset: u32,
     /// First word of ΣVᵀ.
@@ -23,19 +29,19 @@ struct ClusterRecord {
     exponent_offset: u32,
 }
 
-fn rank(cluster: ClusterRecord) -> u32 {
-    return cluster.rank_f16 + cluster.rank_snorm8 + cluster.rank_snorm4;
+fn rank(ranks: Ranks) -> u32 {
+    return ranks.f16 + ranks.snorm8 + ranks.snorm4;
 }
 
 /// Encoding of the singular value number `row`.
-fn row_encoding(cluster: ClusterRecord, row: u32) -> u32 {
-    return select(select(SNORM4, SNORM8, row < cluster.rank_f16 + cluster.rank_snorm8), F16, row < cluster.rank_f16);
+fn row_encoding(ranks: Ranks, row: u32) -> u32 {
+    return select(select(SNORM4, SNORM8, row < ranks.f16 + ranks.snorm8), F16, row < ranks.f16);
 }
 
 /// Where the line of the singular value number `row` starts in a matrix with lines of `count` values, words.
-fn line_start(cluster: ClusterRecord, row: u32, count: u32) -> u32 {
-    let f16_rows = min(row, cluster.rank_f16);
-    let snorm8_rows = min(row - f16_rows, cluster.rank_snorm8);
+fn line_start(ranks: Ranks, row: u32, count: u32) -> u32 {
+    let f16_rows = min(row, ranks.f16);
+    let snorm8_rows = min(row - f16_rows, ranks.snorm8);
     let snorm4_rows = row - f16_rows - snorm8_rows;
     return f16_rows * line_words(F16, count)
         + snorm8_rows * line_words(SNORM8, count)

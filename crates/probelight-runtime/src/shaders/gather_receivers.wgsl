@@ -43,7 +43,7 @@ fn add_column(sums: Sums, values: vec4f, b: vec3f) -> Sums {
 fn add_columns(sums: Sums, cluster: ClusterRecord, encoding: u32, first: u32, end: u32, tile: u32, quad: u32) -> Sums {
     var added = sums;
     let words = line_words(encoding, cluster.receiver_count);
-    var line = cluster.receiver_basis_offset + line_start(cluster, first, cluster.receiver_count);
+    var line = cluster.receiver_basis_offset + line_start(cluster.receiver_ranks, first, cluster.receiver_count);
     var row = first;
     // Four at a time, so that their loads are under way together.
     for (; row + 4u <= end; row += 4u) {
@@ -77,7 +77,8 @@ fn gather_receivers(
     let first = tasks[number].first;
     let cluster = clusters[tasks[number].cluster];
     let quad = first / 4u + local;
-    let rank = rank(cluster);
+    let ranks = cluster.receiver_ranks;
+    let rank = rank(ranks);
     var sums = Sums();
     for (var tile = 0u; tile < rank; tile += WORKGROUP) {
         let end = min(tile + WORKGROUP, rank);
@@ -88,8 +89,8 @@ fn gather_receivers(
         }
         workgroupBarrier();
         if 4u * quad < cluster.receiver_count {
-            let snorm8 = clamp(cluster.rank_f16, tile, end);
-            let snorm4 = clamp(cluster.rank_f16 + cluster.rank_snorm8, tile, end);
+            let snorm8 = clamp(ranks.f16, tile, end);
+            let snorm4 = clamp(ranks.f16 + ranks.snorm8, tile, end);
             sums = add_columns(sums, cluster, F16, tile, snorm8, tile, quad);
             sums = add_columns(sums, cluster, SNORM8, snorm8, snorm4, tile, quad);
             sums = add_columns(sums, cluster, SNORM4, snorm4, end, tile, quad);

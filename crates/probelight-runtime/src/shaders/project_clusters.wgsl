@@ -70,22 +70,22 @@ fn group_count(rows: u32) -> u32 {
 }
 
 fn row_group(cluster: ClusterRecord, number: u32, count: u32) -> RowGroup {
-    let snorm8 = group_count(cluster.rank_f16);
-    let snorm4 = snorm8 + group_count(cluster.rank_snorm8);
+    let snorm8 = group_count(cluster.signal_ranks.f16);
+    let snorm4 = snorm8 + group_count(cluster.signal_ranks.snorm8);
     var encoding = F16;
     var first = 4u * number;
-    var end = cluster.rank_f16;
+    var end = cluster.signal_ranks.f16;
     if number >= snorm4 {
         encoding = SNORM4;
-        first = 4u * (number - snorm4) + cluster.rank_f16 + cluster.rank_snorm8;
-        end = rank(cluster);
+        first = 4u * (number - snorm4) + cluster.signal_ranks.f16 + cluster.signal_ranks.snorm8;
+        end = rank(cluster.signal_ranks);
     } else if number >= snorm8 {
         encoding = SNORM8;
-        first = 4u * (number - snorm8) + cluster.rank_f16;
-        end = cluster.rank_f16 + cluster.rank_snorm8;
+        first = 4u * (number - snorm8) + cluster.signal_ranks.f16;
+        end = cluster.signal_ranks.f16 + cluster.signal_ranks.snorm8;
     }
     let words = line_words(encoding, count);
-    let start = cluster.signal_basis_offset + line_start(cluster, first, count);
+    let start = cluster.signal_basis_offset + line_start(cluster.signal_ranks, first, count);
     let ahead = min(vec4u(0u, 1u, 2u, 3u), vec4u(max(end, first + 1u) - 1u - first));
     return RowGroup(encoding, first, start + ahead * words);
 }
@@ -126,7 +126,7 @@ fn project_clusters(
     }
     let cluster = clusters[number];
     let count = cluster.column_count;
-    let groups = group_count(cluster.rank_f16) + group_count(cluster.rank_snorm8) + group_count(cluster.rank_snorm4);
+    let groups = group_count(cluster.signal_ranks.f16) + group_count(cluster.signal_ranks.snorm8) + group_count(cluster.signal_ranks.snorm4);
     let lane = local % LANES;
     for (var first_group = 0u; first_group < groups; first_group += GROUPS) {
         let is_group = first_group + local / LANES < groups;
@@ -167,7 +167,7 @@ fn store_coefficients(cluster: ClusterRecord, first_group: u32, count: u32, loca
     let group = row_group(cluster, first_group + slot, count);
     let row = group.first + ahead;
     // Rows that only fill a group are not stored: their section ends before them.
-    if row >= rank(cluster) || row_encoding(cluster, row) != group.encoding {
+    if row >= rank(cluster.signal_ranks) || row_encoding(cluster.signal_ranks, row) != group.encoding {
         return;
     }
     var sum = 0.0;

@@ -18,7 +18,8 @@ use probelight_scene::{Lighting, Scene, Sky};
 pub(crate) const SMALL: Size = Size {
     clusters: 11,
     receivers_per_cluster: 101,
-    ranks: Ranks { f16: 2, snorm8: 7, snorm4: 5 },
+    receiver_ranks: Ranks { f16: 2, snorm8: 7, snorm4: 5 },
+    signal_ranks: Ranks { f16: 6, snorm8: 1, snorm4: 7 },
     surfels: 70,
     samples_per_surfel: 5,
     surfel_groups: 30,
@@ -35,7 +36,8 @@ pub(crate) const SMALL: Size = Size {
 /// As [`SMALL`], but as published: relight rays that each see a point of their own or the sky, signals from
 /// probes alone, half floats.
 pub(crate) const SMALL_PAPER: Size = Size {
-    ranks: Ranks { f16: 7, snorm8: 0, snorm4: 0 },
+    receiver_ranks: Ranks { f16: 7, snorm8: 0, snorm4: 0 },
+    signal_ranks: Ranks { f16: 7, snorm8: 0, snorm4: 0 },
     surfels: 19 * 60,
     samples_per_surfel: 1,
     surfel_groups: 0,
@@ -52,7 +54,8 @@ pub(crate) fn single_probe(scene: Scene, sample: Option<LightSample>, gains: &[f
     let size = Size {
         clusters: 1,
         receivers_per_cluster: gains.len(),
-        ranks: Ranks { f16: 1, ..Ranks::default() },
+        receiver_ranks: Ranks { f16: 1, ..Ranks::default() },
+        signal_ranks: Ranks { f16: 1, ..Ranks::default() },
         probes: 1,
         probes_per_cluster: 1,
         rays: 64,

@@ -35,7 +35,7 @@ pub(crate) fn slow_frame(
     frame.signals = signals(baked, lighting, colors, feedback);
     frame.coefficients = coefficients(baked, lighting, &frame.signals);
     for cluster in &baked.clusters {
-        let rank = cluster.ranks.total() as usize;
+        let rank = cluster.rank() as usize;
         let columns = columns(baked, cluster, &frame);
         for row in 0..rank {
             frame.cluster_coefficients.push(cluster_coefficient(baked, cluster, &columns, row));
@@ -45,8 +45,8 @@ pub(crate) fn slow_frame(
         for receiver in 0..count {
             let mut sum = DVec3::ZERO;
             for k in 0..rank {
-                let line = &basis[cluster.ranks.line_start(k, count)..];
-                let value = f64::from(cluster.ranks.precision(k).unpack(line, receiver));
+                let line = &basis[cluster.receiver_ranks.line_start(k, count)..];
+                let value = f64::from(cluster.receiver_ranks.precision(k).unpack(line, receiver));
                 sum += value * frame.cluster_coefficients[cluster.row_scale_offset as usize + k];
             }
             frame.irradiance.push(sum);
@@ -188,11 +188,11 @@ fn columns(baked: &BakedScene, cluster: &Cluster, frame: &SlowFrame) -> Vec<DVec
 
 fn cluster_coefficient(baked: &BakedScene, cluster: &Cluster, columns: &[DVec3], row: usize) -> DVec3 {
     let basis = &baked.signal_basis[cluster.signal_basis_offset as usize..];
-    let line = &basis[cluster.ranks.line_start(row, columns.len())..];
+    let line = &basis[cluster.signal_ranks.line_start(row, columns.len())..];
     let exponents = &baked.column_exponents[cluster.column_exponent_offset as usize..];
     let mut sum = DVec3::ZERO;
     for (c, column) in columns.iter().enumerate() {
-        let value = f64::from(cluster.ranks.precision(row).unpack(line, c));
+        let value = f64::from(cluster.signal_ranks.precision(row).unpack(line, c));
         sum += value * (f64::from(exponents[c]) / -8.0).exp2() * *column;
     }
     sum * f64::from(baked.row_scales[cluster.row_scale_offset as usize + row])
