@@ -190,21 +190,31 @@ fn tails_of(total: f64, shares: impl Iterator<Item = f64>) -> Vec<f64> {
 /// The energy of the light that the first k components lose, without the noise of the gather rays.
 ///
 /// Components found in one half of the rays are tried on the other. What they miss there is light that is lost
-/// and noise; how much noise there is, the difference of the halves tells.
+/// and noise; how much noise there is, the difference of the halves tells. Each half takes its turn, and the one that
+/// finds more light lost is believed: where a few bright texels straddle an edge, the other may find none at all.
 fn noise_free_tails(halves: &[Mat<f32>; 2], metric: &SignalMetric, count: usize) -> Option<Vec<f64>> {
-    let (u, _) = leading_eigenvectors(&metric.gram(&halves[0]), count)?;
-    let tested = metric.gram(&halves[1]);
+    let grams = halves.each_ref().map(|half| metric.gram(half));
     let difference = metric.gram(&((&halves[0] - &halves[1]) * Scale(0.5f32.sqrt())));
+    let [first, second] = [[&grams[0], &grams[1]], [&grams[1], &grams[0]]].map(|[found, tested]| {
+        Some(tails_on_other_half(&leading_eigenvectors(found, count)?.0, tested, &difference))
+    });
+    let (mut first, mut second) = (first?, second?);
+    for tails in [&mut first, &mut second] {
+        tails.resize(count + 1, tails.last().copied().unwrap_or(0.0));
+    }
+    Some(first.iter().zip(&second).map(|(a, b)| a.max(*b).max(0.0)).collect())
+}
+
+/// Energy that the first k of some components `u` lose of a half of the rays, less the noise on the diagonal of
+/// `difference`, for every k.
+fn tails_on_other_half(u: &Mat<f64>, tested: &Mat<f64>, difference: &Mat<f64>) -> Vec<f64> {
     let receivers = tested.nrows();
-    let rotated = &tested * &u;
+    let rotated = tested * u;
     let share = |k: usize| -> f64 {
         (0..receivers).map(|r| u[(r, k)] * rotated[(r, k)] - u[(r, k)] * u[(r, k)] * difference[(r, r)]).sum()
     };
     let total: f64 = (0..receivers).map(|r| tested[(r, r)] - difference[(r, r)]).sum();
-    let mut tails = tails_of(total, (0..u.ncols()).map(share));
-    tails.resize(count + 1, tails.last().copied().unwrap_or(0.0));
-    tails.iter_mut().for_each(|tail| *tail = tail.max(0.0));
-    Some(tails)
+    tails_of(total, (0..u.ncols()).map(share))
 }
 
 /// Box around a cluster's receivers.

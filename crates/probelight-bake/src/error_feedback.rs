@@ -8,6 +8,11 @@
 
 use crate::metric::SignalMetric;
 
+/// How many times the independent strengths D² count. The lightings are but a sample of the light that will be, and
+/// rounding errors that cancel under them show under other light. With 1, four bits seem enough for nearly all of
+/// ΣVᵀ, and cornell_area's error grows from 2.1 to 2.75 %; with 16 hardly a byte is saved.
+const UNFORESEEN: f32 = 4.0;
+
 /// What rounding one column does to the others.
 pub(crate) struct ErrorFeedback {
     /// Columns in the order of rounding, the strongest first.
@@ -18,6 +23,8 @@ pub(crate) struct ErrorFeedback {
     lit: Vec<f32>,
     /// Per column: square of the scaled independent strength.
     floors: Vec<f32>,
+    /// How many times these count for where errors go.
+    floor_factor: f32,
     /// Per column and lighting: how far the column must move to make up for an error of 1, times `stiffness`.
     responses: Vec<f32>,
     /// Per column: energy of an error of 1 after all weaker columns have made up for it.
@@ -44,6 +51,7 @@ impl ErrorFeedback {
             lightings,
             lit,
             floors,
+            floor_factor: if metric.lit().is_some() { UNFORESEEN } else { 1.0 },
             responses: vec![0.0; columns * lightings],
             stiffness: vec![0.0; columns],
             counts_lightings: metric.lit().is_some(),
@@ -64,7 +72,7 @@ impl ErrorFeedback {
     }
 
     /// Starting with the weakest column: `left` is what remains of the lightings' errors when the columns so far have
-    /// made up for them, (1 + Σ b bᵀ / d²)⁻¹ over their lit values b and floors d².
+    /// made up for them, (1 + Σ b bᵀ / d²)⁻¹ over their lit values b and weighted floors d².
     fn find_responses(&mut self) {
         let count = self.lightings;
         let mut left = vec![0.0; count * count];
@@ -75,7 +83,7 @@ impl ErrorFeedback {
             for (row, b) in left.chunks_exact(count).zip(self.lit(c)) {
                 add_scaled(&mut response, *b, row);
             }
-            let stiffness = self.floors[c] + dot(&response, self.lit(c));
+            let stiffness = self.floor_factor * self.floors[c] + dot(&response, self.lit(c));
             if stiffness > 0.0 {
                 for (row, factor) in left.chunks_exact_mut(count).zip(&response) {
                     add_scaled(row, -factor / stiffness, &response);
@@ -86,14 +94,14 @@ impl ErrorFeedback {
         }
     }
 
-    /// Expected energy of the errors that rounding to steps of 1 leaves.
+    /// Expected energy of the errors that rounding to steps of 1 leaves, unforeseen light counted as above.
     pub(crate) fn rounding_energy(&self) -> f64 {
         // The variance of a uniform error.
         const VARIANCE: f64 = 1.0 / 12.0;
         VARIANCE * self.stiffness.iter().map(|s| f64::from(*s)).sum::<f64>()
     }
 
-    /// A row with its values rounded to multiples of `step` between −1 and 1, and the energy of its errors.
+    /// A row with its values rounded to multiples of `step` between −1 and 1, and the energy of its errors in the metric.
     pub(crate) fn round(&self, row: &[f32], step: f32) -> (Vec<f32>, f64) {
         let mut rounded = vec![0.0; row.len()];
         // What the errors so far amount to under each lighting.
@@ -142,11 +150,11 @@ mod tests {
         (0..COLUMNS).map(|_| 1.6 * rng.next_f32() - 0.8).collect()
     }
 
-    /// Signals that go up and down together, with a floor of the given strength.
-    fn metric(floor: f32, rng: &mut Rng) -> SignalMetric {
+    /// Signals that go up and down together.
+    fn metric(rng: &mut Rng) -> SignalMetric {
         let lit = Mat::from_fn(COLUMNS, LIGHTINGS, |_, _| rng.next_f32());
-        let arriving = Mat::from_fn(1, COLUMNS, |_, _| 1.0);
-        SignalMetric::radiance(lit, &[1.0; LIGHTINGS], vec![floor; COLUMNS], &arriving)
+        let transport = Mat::from_fn(8, COLUMNS, |_, _| rng.next_f32() - 0.5);
+        SignalMetric::radiance(lit, &[1.0; LIGHTINGS], vec![1.0; COLUMNS], &transport)
     }
 
     /// Energy of a row's errors, value by value.
@@ -162,7 +170,7 @@ mod tests {
     #[test]
     fn errors_under_light_that_occurs_cancel() {
         let mut rng = Rng::new(4, 5);
-        let metric = metric(1.0, &mut rng);
+        let metric = metric(&mut rng);
         let feedback = ErrorFeedback::new(&metric, &[1.0; COLUMNS]);
         let (mut fed_back, mut plain, mut expected) = (0.0, 0.0, 0.0);
         for _ in 0..20 {
@@ -177,7 +185,7 @@ mod tests {
             expected += feedback.rounding_energy() * f64::from(STEP * STEP);
         }
         assert!(fed_back < 0.2 * plain, "{fed_back} against {plain}");
-        assert!((0.7..1.3).contains(&(fed_back / expected)), "{fed_back}, expected {expected}");
+        assert!((0.3..1.1).contains(&(fed_back / expected)), "{fed_back}, expected {expected}");
     }
 
     #[test]
