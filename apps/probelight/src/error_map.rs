@@ -1,6 +1,6 @@
-//! A picture of where the compression loses light: each lightmap texel in the colour of its cluster's error.
+//! A picture of where the compression loses light: each lightmap texel in the colour of its error.
 
-use probelight_asset::BakedScene;
+use probelight_asset::{BakedScene, ERROR_STEPS};
 use probelight_render::DisplayImage;
 use serde::Serialize;
 
@@ -24,7 +24,7 @@ pub(crate) struct LegendEntry {
     color: &'static str,
     /// sRGB.
     srgb: [u8; 3],
-    /// Relative error of a cluster.
+    /// Relative error of a texel.
     pub(crate) error: f32,
 }
 
@@ -39,11 +39,8 @@ impl LegendEntry {
 pub(crate) fn error_map(baked: &BakedScene) -> DisplayImage {
     let (width, height) = (baked.lightmap.width, baked.lightmap.height);
     let mut image = DisplayImage::filled(width, height, [0; 3]);
-    for cluster in &baked.clusters {
-        let color = color_of(cluster.error / baked.settings.max_cluster_error);
-        for texel in baked.texels(cluster) {
-            image.pixels[*texel as usize] = color;
-        }
+    for (texel, error) in baked.receiver_texels.iter().zip(&baked.receiver_errors) {
+        image.pixels[*texel as usize] = color_of(f32::from(*error) / ERROR_STEPS);
     }
     image
 }

@@ -53,6 +53,9 @@ pub struct BakedScene {
     pub receiver_texels: Vec<u32>,
     /// Receivers beside the borders between clusters, sorted by receiver; see [`BorderBlend`].
     pub border_blends: Vec<BorderBlend>,
+    /// Relative error of each receiver's compressed transport, in [`ERROR_STEPS`]ths of the wanted one, at most 255
+    /// of them. No frame reads it.
+    pub receiver_errors: Vec<u8>,
     /// All U matrices, packed: per cluster one column of `receiver_count` values for each singular value.
     pub receiver_basis: Vec<u32>,
     /// All ΣVᵀ matrices, packed: per cluster one row of [`BakedScene::column_count`] values for each singular
@@ -353,6 +356,9 @@ impl Cluster {
         self.receiver_ranks.words(u64::from(self.receiver_count))
     }
 }
+
+/// What [`BakedScene::receiver_errors`] has for the wanted error.
+pub const ERROR_STEPS: f32 = 64.0;
 
 impl BakedScene {
     /// Number of scalar signals. In order: the radiance of each surfel, of each surfel group, of each emitter,

@@ -74,7 +74,7 @@ pub(crate) mod tag {
         RELIGHT_DIRECTIONS = b"raydirec";
         /// `u32` a relight ray of a probe.
         RELIGHT_SURFELS = b"raysurfe";
-        /// 96 bytes a cluster.
+        /// 104 bytes a cluster.
         CLUSTERS = b"clusters";
         /// `u32` a scalar signal of a cluster.
         CLUSTER_SIGNALS = b"clusigna";
@@ -84,6 +84,8 @@ pub(crate) mod tag {
         RECEIVER_TEXELS = b"texels\0\0";
         /// `[u32; 3]` a receiver and a border beside it.
         BORDER_BLENDS = b"borders\0";
+        /// `u8` a receiver.
+        RECEIVER_ERRORS = b"receverr";
         /// `u32` a word of packed values of U.
         RECEIVER_BASIS = b"basis-u\0";
         /// `u32` a word of packed values of ΣVᵀ.

@@ -44,8 +44,8 @@ mod write;
 
 pub use atomic_file::write_atomically;
 pub use baked_scene::{
-    BakeReport, BakeSettings, BakedScene, BorderBlend, Cluster, Emitter, LightSample, LightmapFace,
-    LightmapLayout, Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
+    BakeReport, BakeSettings, BakedScene, BorderBlend, Cluster, ERROR_STEPS, Emitter, LightSample,
+    LightmapFace, LightmapLayout, Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
 };
 pub use error::AssetError;
 pub use info::{BakedInfo, SectionInfo};

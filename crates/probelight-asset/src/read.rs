@@ -67,6 +67,7 @@ impl BakedScene {
             cluster_probes: sections.array(tag::CLUSTER_PROBES)?,
             receiver_texels: sections.array(tag::RECEIVER_TEXELS)?,
             border_blends: sections.array(tag::BORDER_BLENDS)?,
+            receiver_errors: sections.array(tag::RECEIVER_ERRORS)?,
             receiver_basis: sections.array(tag::RECEIVER_BASIS)?,
             signal_basis: sections.array(tag::SIGNAL_BASIS)?,
             row_scales: sections.array(tag::ROW_SCALES)?,

@@ -85,6 +85,7 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
         baked.receiver_texels.extend(cluster.receivers.iter().map(|r| receivers[*r as usize].texel));
         baked.cluster_signals.extend(&cluster.signals);
         baked.cluster_probes.extend(cluster.probes.iter().map(|p| probe_numbers[*p as usize]));
+        baked.receiver_errors.extend(&cluster.factors.receiver_errors);
         baked.receiver_basis.extend(&cluster.factors.receiver_basis);
         baked.signal_basis.extend(&cluster.factors.signal_basis);
         baked.row_scales.extend(&cluster.factors.row_scales);

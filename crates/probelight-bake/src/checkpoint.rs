@@ -139,6 +139,7 @@ mod tests {
                     row_scales: vec![2.0],
                     column_exponents: vec![0, 8, 16, 24, 255],
                     error: 0.1,
+                    receiver_errors: vec![64, 3],
                 },
             }],
             approximated_rays: 7,

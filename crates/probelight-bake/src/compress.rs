@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::metric::SignalMetric;
 use crate::partition::KdRule;
-use crate::quantize::{Factors, PackedFactors, quantize};
+use crate::quantize::{Factors, PackedFactors, RowEnergy, quantize};
 use crate::receivers::Receiver;
 
 /// A cluster ready for the file.
@@ -124,6 +124,7 @@ impl Compressor<'_> {
             energies: &components.energies,
             tails: &components.tails,
             total: components.total,
+            rows: &components.rows,
         };
         let is_packed = self.settings.storage == Storage::Packed;
         let target = f64::from(self.settings.max_cluster_error);
@@ -146,6 +147,8 @@ struct Components {
     tails: Vec<f64>,
     /// Energy of the whole matrix.
     total: f64,
+    /// Energy of each of its rows.
+    rows: Vec<RowEnergy>,
 }
 
 impl Components {
@@ -155,12 +158,24 @@ impl Components {
         let gram = metric.gram(a);
         let total: f64 = (0..gram.nrows()).map(|r| gram[(r, r)]).sum();
         let Some((u, energies)) = leading_eigenvectors(&gram, most) else {
-            return Self { u: Mat::zeros(a.nrows(), 0), energies: Vec::new(), tails: vec![0.0], total: 0.0 };
+            return Self {
+                u: Mat::zeros(a.nrows(), 0),
+                energies: Vec::new(),
+                tails: vec![0.0],
+                total: 0.0,
+                rows: vec![RowEnergy::default(); a.nrows()],
+            };
         };
-        let noise_free = metric.knows_the_light().then(|| noise_free_tails(halves, metric, energies.len()));
+        let noise =
+            if metric.knows_the_light() { noise_of_rows(halves, metric) } else { vec![0.0; a.nrows()] };
+        let noise_free =
+            metric.knows_the_light().then(|| noise_free_tails(halves, metric, &noise, energies.len()));
         let tails = noise_free.flatten().unwrap_or_else(|| tails_of(total, energies.iter().copied()));
+        // The mean of both halves has half of their noise.
+        let row = |(r, noise): (usize, &f64)| RowEnergy { all: gram[(r, r)], noise: 0.5 * noise };
+        let rows = noise.iter().enumerate().map(row).collect();
         let u = Mat::from_fn(u.nrows(), u.ncols(), |r, k| u[(r, k)] as f32);
-        Self { u, energies, tails, total }
+        Self { u, energies, tails, total, rows }
     }
 }
 
@@ -192,11 +207,15 @@ fn tails_of(total: f64, shares: impl Iterator<Item = f64>) -> Vec<f64> {
 /// Components found in one half of the rays are tried on the other. What they miss there is light that is lost
 /// and noise; how much noise there is, the difference of the halves tells. Each half takes its turn, and the one that
 /// finds more light lost is believed: where a few bright texels straddle an edge, the other may find none at all.
-fn noise_free_tails(halves: &[Mat<f32>; 2], metric: &SignalMetric, count: usize) -> Option<Vec<f64>> {
+fn noise_free_tails(
+    halves: &[Mat<f32>; 2],
+    metric: &SignalMetric,
+    noise: &[f64],
+    count: usize,
+) -> Option<Vec<f64>> {
     let grams = halves.each_ref().map(|half| metric.gram(half));
-    let difference = metric.gram(&((&halves[0] - &halves[1]) * Scale(0.5f32.sqrt())));
     let [first, second] = [[&grams[0], &grams[1]], [&grams[1], &grams[0]]].map(|[found, tested]| {
-        Some(tails_on_other_half(&leading_eigenvectors(found, count)?.0, tested, &difference))
+        Some(tails_on_other_half(&leading_eigenvectors(found, count)?.0, tested, noise))
     });
     let (mut first, mut second) = (first?, second?);
     for tails in [&mut first, &mut second] {
@@ -205,15 +224,19 @@ fn noise_free_tails(halves: &[Mat<f32>; 2], metric: &SignalMetric, count: usize)
     Some(first.iter().zip(&second).map(|(a, b)| a.max(*b).max(0.0)).collect())
 }
 
-/// Energy that the first k of some components `u` lose of a half of the rays, less the noise on the diagonal of
-/// `difference`, for every k.
-fn tails_on_other_half(u: &Mat<f64>, tested: &Mat<f64>, difference: &Mat<f64>) -> Vec<f64> {
+/// Energy of the noise that each row of a half has.
+fn noise_of_rows(halves: &[Mat<f32>; 2], metric: &SignalMetric) -> Vec<f64> {
+    metric.row_energies(&((&halves[0] - &halves[1]) * Scale(0.5f32.sqrt())))
+}
+
+/// Energy that the first k of some components `u` lose of a half of the rays, less the rows' noise, for every k.
+fn tails_on_other_half(u: &Mat<f64>, tested: &Mat<f64>, noise: &[f64]) -> Vec<f64> {
     let receivers = tested.nrows();
     let rotated = tested * u;
     let share = |k: usize| -> f64 {
-        (0..receivers).map(|r| u[(r, k)] * rotated[(r, k)] - u[(r, k)] * u[(r, k)] * difference[(r, r)]).sum()
+        (0..receivers).map(|r| u[(r, k)] * rotated[(r, k)] - u[(r, k)] * u[(r, k)] * noise[r]).sum()
     };
-    let total: f64 = (0..receivers).map(|r| tested[(r, r)] - difference[(r, r)]).sum();
+    let total: f64 = (0..receivers).map(|r| tested[(r, r)] - noise[r]).sum();
     tails_of(total, (0..u.ncols()).map(share))
 }
 
@@ -359,7 +382,7 @@ mod tests {
             || Mat::from_fn(count, columns, |r, c| 1.0 + (r * c) as f32 / 500.0 + 0.2 * rng.next_f32());
         let halves = [noisy(), noisy()];
         let metric = SignalMetric::independent(vec![1.0; columns]);
-        let tails = noise_free_tails(&halves, &metric, 8).unwrap();
+        let tails = noise_free_tails(&halves, &metric, &noise_of_rows(&halves, &metric), 8).unwrap();
         let a = (&halves[0] + &halves[1]) * Scale(0.5);
         let counted = Components::of(&a, &halves, &metric, 8).tails;
         // Two components hold all but the noise, of which their own estimate has 2 / 64 in each half.

@@ -85,6 +85,20 @@ impl SignalMetric {
         Mat::from_fn(gram.nrows(), gram.ncols(), |r, c| f64::from(gram[(r, c)]))
     }
 
+    /// Diagonal of `A M Aᵀ`.
+    pub(crate) fn row_energies(&self, a: &Mat<f32>) -> Vec<f64> {
+        let squared = |v: f32| f64::from(v) * f64::from(v);
+        let floor = |r: usize| (0..a.ncols()).map(|c| squared(a[(r, c)] * self.strengths[c])).sum::<f64>();
+        let mut energies: Vec<f64> = (0..a.nrows()).map(floor).collect();
+        if let Some(lit) = &self.lit {
+            let arriving = a * lit;
+            for (r, energy) in energies.iter_mut().enumerate() {
+                *energy += arriving.row(r).iter().map(|e| squared(*e)).sum::<f64>();
+            }
+        }
+        energies
+    }
+
     /// The signals' mean squares.
     pub(crate) fn second_moments(&self) -> Vec<f32> {
         let lit =

@@ -3,7 +3,7 @@
 //! A patch stands for its surfels by their mean radiance. What that costs depends on how much of the patch the
 //! receivers see and on how much the radiance varies within it; the [light ensemble](crate::light_ensemble)
 //! tells. So a patch is taken whole if that product is negligible against the light that arrives, and divided
-//! otherwise.
+//! otherwise. What is negligible, each part of the cluster judges by its own light, under each lighting.
 
 use std::collections::{BTreeMap, HashMap};
 use std::f32::consts::PI;
@@ -17,9 +17,9 @@ use crate::surfels::SurfelTree;
 /// Parts of a cluster whose mean view decides.
 pub(crate) const WITNESSES: usize = 32;
 
-/// Lightings whose energy in a cluster is below this share of the mean count less. It is small, so that a room
-/// stays dark while the sun shines outside: no patch may reach round the wall.
-const DIM_SHARE: f32 = 0.01;
+/// Lightings whose energy at a witness is below this share of the mean count less. It is tiny, so that a room to which
+/// a thousandth of the light finds its way keeps its own: no patch may reach round the corner.
+const DIM_SHARE: f32 = 1e-6;
 
 /// How much of the light of each patch reaches the witnesses, steradians.
 type Views = [f32; WITNESSES];
@@ -53,9 +53,8 @@ impl PatchChoice {
         let mut chosen = Vec::new();
         while let Some(patch) = pending.pop() {
             let Some(view) = views.get(&patch) else { continue };
-            let view = view.iter().map(|w| w * w).sum::<f32>() / witnesses.len().max(1) as f32;
             match tree.children(patch) {
-                Some(children) if view * judge.variance(tree, patch) > accepted => pending.extend(children),
+                Some(children) if judge.error(tree, patch, view) > accepted => pending.extend(children),
                 _ => chosen.push(patch),
             }
         }
@@ -104,10 +103,10 @@ fn share_of_patch(ensemble: &LightEnsemble, surfel: u32, patch: u32) -> f32 {
     if of_whole > 0.0 { of_part / of_whole } else { 1.0 }
 }
 
-/// The lightings as a cluster sees them.
+/// The lightings as a cluster's witnesses see them.
 struct Judge<'a> {
     ensemble: &'a LightEnsemble,
-    /// How much each lighting counts.
+    /// How much each lighting counts, witness by witness.
     weights: Vec<f32>,
     /// Whether any lighting sends light here. Where none does, all surfels may be bright or dark.
     is_reached: bool,
@@ -117,34 +116,45 @@ struct Judge<'a> {
 
 impl<'a> Judge<'a> {
     fn new(ensemble: &'a LightEnsemble, witnesses: &[Vec<(u32, f32)>]) -> Self {
-        let mut energies = vec![0.0; ensemble.count];
-        let mut arriving = vec![0.0; ensemble.count];
+        let count = ensemble.count;
+        let mut weights = Vec::with_capacity(witnesses.len() * count);
+        let mut arriving = 0.0;
         for witness in witnesses {
-            arriving.fill(0.0);
+            let mut energies = vec![0.0; count];
             for (surfel, weight) in witness {
-                for (sum, radiance) in arriving.iter_mut().zip(ensemble.scalar(*surfel as usize)) {
+                for (sum, radiance) in energies.iter_mut().zip(ensemble.scalar(*surfel as usize)) {
                     *sum += weight * radiance;
                 }
             }
-            energies.iter_mut().zip(&arriving).for_each(|(energy, e)| *energy += e * e);
+            energies.iter_mut().for_each(|energy| *energy *= *energy);
+            if energies.iter().all(|energy| *energy == 0.0) {
+                // A witness without any light has no say.
+                weights.extend(energies);
+                continue;
+            }
+            let of_witness = lighting_weights(&energies, ensemble.weights(), DIM_SHARE);
+            arriving += energies.iter().zip(&of_witness).map(|(e, w)| e * w).sum::<f32>();
+            weights.extend(of_witness);
         }
-        energies.iter_mut().for_each(|energy| *energy /= witnesses.len().max(1) as f32);
-        let weights = lighting_weights(&energies, ensemble.weights(), DIM_SHARE);
-        let arriving: f32 = energies.iter().zip(&weights).map(|(e, w)| e * w).sum();
         let is_reached = arriving > 0.0;
         Self { ensemble, weights, is_reached, arriving: if is_reached { arriving } else { PI * PI } }
     }
 
-    /// Weighted variance of the radiance within a patch.
-    fn variance(&self, tree: &SurfelTree, patch: u32) -> f32 {
+    /// Weighted energy that taking a patch's mean may change, for the witnesses' views of it.
+    fn error(&self, tree: &SurfelTree, patch: u32, view: &Views) -> f32 {
         if !self.is_reached {
-            return 1.0;
+            return view.iter().map(|w| w * w).sum();
         }
         let Some(group) = (patch as usize).checked_sub(tree.surfels.len()) else { return 0.0 };
         let means = self.ensemble.scalar(patch as usize);
         let squares = self.ensemble.square(group);
-        let variances = squares.iter().zip(means).map(|(square, mean)| (square - mean * mean).max(0.0));
-        variances.zip(&self.weights).map(|(variance, weight)| variance * weight).sum()
+        let variances: Vec<f32> =
+            squares.iter().zip(means).map(|(square, mean)| (square - mean * mean).max(0.0)).collect();
+        let of_witness = |(weights, view): (&[f32], &f32)| {
+            view * view
+                * variances.iter().zip(weights).map(|(variance, weight)| variance * weight).sum::<f32>()
+        };
+        self.weights.chunks_exact(self.ensemble.count).zip(view).map(of_witness).sum()
     }
 }
 

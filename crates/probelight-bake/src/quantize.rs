@@ -1,6 +1,7 @@
 //! Storing a decomposition in as few bits as its error allows.
 
 use faer::Mat;
+use probelight_asset::ERROR_STEPS;
 use probelight_asset::packed::{Precision, Ranks};
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +20,16 @@ pub(crate) struct Factors<'a> {
     pub(crate) tails: &'a [f64],
     /// Energy of the whole matrix.
     pub(crate) total: f64,
+    /// Energy of each row, and how much of it is noise.
+    pub(crate) rows: &'a [RowEnergy],
+}
+
+/// Energy of a receiver's row in the metric.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct RowEnergy {
+    pub(crate) all: f64,
+    /// Of this, what the gather rays' noise is expected to have.
+    pub(crate) noise: f64,
 }
 
 /// Matrices in words, and how to read them.
@@ -38,6 +49,8 @@ pub(crate) struct PackedFactors {
     pub(crate) column_exponents: Vec<u8>,
     /// Relative error in the metric, of truncation and rounding together.
     pub(crate) error: f32,
+    /// Each receiver's relative error, as [`probelight_asset::BakedScene::receiver_errors`] has it.
+    pub(crate) receiver_errors: Vec<u8>,
 }
 
 /// Column exponents count eighths of octaves.
@@ -64,29 +77,73 @@ pub(crate) fn quantize(
     };
     let rank = receiver_ranks.total() as usize;
     let mut energy = factors.tails[rank];
+    let mut rows = RowErrors::new(factors, rank);
     for k in 0..rank {
         let precision = receiver_ranks.precision(k);
         let line: Vec<f32> = factors.u.col(k).iter().map(|u| u / scales.receivers[k]).collect();
         precision.pack(&line, &mut packed.receiver_basis);
         energy += noise.of_u(k, precision);
+        rows.add_rounding_of_u(noise.of_u(k, precision));
         let precision = signal_ranks.precision(k);
         let mut line: Vec<f32> = columns
             .iter()
             .enumerate()
             .map(|(c, factor)| factors.w[(k, c)] / (scales.rows[k] * factor))
             .collect();
-        if precision == Precision::F16 {
-            energy += noise.of_w(k, precision);
+        let rounding = if precision == Precision::F16 {
+            noise.of_w(k, precision)
         } else {
-            let rounding;
-            (line, rounding) = feedback.round(&line, precision.step());
-            energy += rounding * f64::from(scales.rows[k]).powi(2);
-        }
+            let rounded = feedback.round(&line, precision.step());
+            line = rounded.0;
+            rounded.1 * f64::from(scales.rows[k]).powi(2)
+        };
+        energy += rounding;
+        rows.add_rounding_of_w(factors, k, rounding);
         precision.pack(&line, &mut packed.signal_basis);
         packed.row_scales.push(scales.rows[k] * scales.receivers[k]);
     }
     packed.error = (energy / factors.total.max(f64::MIN_POSITIVE)).max(0.0).sqrt() as f32;
+    packed.receiver_errors = rows.in_steps(factors, target);
     packed
+}
+
+/// Energy of what each receiver loses.
+struct RowErrors(Vec<f64>);
+
+impl RowErrors {
+    /// By truncation to `rank` components. Of the noise they keep as much as of any random row.
+    fn new(factors: &Factors<'_>, rank: usize) -> Self {
+        let lost = |(r, row): (usize, &RowEnergy)| {
+            let squared = |k: usize| f64::from(factors.u[(r, k)]).powi(2);
+            let kept: f64 = (0..rank).map(|k| squared(k) * factors.energies[k]).sum();
+            let kept_noise: f64 = (0..rank).map(squared).sum();
+            (row.all - kept - (1.0 - kept_noise) * row.noise).max(0.0)
+        };
+        Self(factors.rows.iter().enumerate().map(lost).collect())
+    }
+
+    /// Adds what a column of U loses, all rows alike.
+    fn add_rounding_of_u(&mut self, energy: f64) {
+        let share = energy / self.0.len() as f64;
+        self.0.iter_mut().for_each(|lost| *lost += share);
+    }
+
+    /// Adds what row k of ΣVᵀ loses, as far as U passes it on.
+    fn add_rounding_of_w(&mut self, factors: &Factors<'_>, k: usize, energy: f64) {
+        for (lost, u) in self.0.iter_mut().zip(factors.u.col(k).iter()) {
+            *lost += f64::from(u * u) * energy;
+        }
+    }
+
+    fn in_steps(&self, factors: &Factors<'_>, target: f64) -> Vec<u8> {
+        let steps = |(lost, row): (&f64, &RowEnergy)| {
+            let light = (row.all - row.noise).max(f64::MIN_POSITIVE);
+            let error = (lost / light).sqrt() / target;
+            // Casts end at 255.
+            (f64::from(ERROR_STEPS) * error).round() as u8
+        };
+        self.0.iter().zip(factors.rows).map(steps).collect()
+    }
 }
 
 /// Factors that bring all values into −1 to 1.
@@ -174,7 +231,7 @@ impl RoundingNoise {
 }
 
 /// What a byte per receiver must save at least where the target is out of reach: a share of the target's energy.
-const BYTE_PRICE: f64 = 0.1;
+const BYTE_PRICE: f64 = 0.25;
 
 /// The cheapest ranks of U and ΣVᵀ within the target; where none are, those beyond which more bytes are not worth it.
 fn choose_ranks(
@@ -281,6 +338,14 @@ pub(crate) mod tests {
             Self { u: Mat::from_fn(RECEIVERS, COMPONENTS, cosine), w, moments, energies, tails }
         }
 
+        /// Without noise.
+        fn rows(&self) -> Vec<RowEnergy> {
+            let energy = |r: usize| {
+                (0..COMPONENTS).map(|k| f64::from(self.u[(r, k)]).powi(2) * self.energies[k]).sum::<f64>()
+            };
+            (0..RECEIVERS).map(|r| RowEnergy { all: energy(r), noise: 0.0 }).collect()
+        }
+
         fn quantize(&self, is_packed: bool, target: f64) -> PackedFactors {
             let factors = Factors {
                 u: &self.u,
@@ -288,6 +353,7 @@ pub(crate) mod tests {
                 energies: &self.energies,
                 tails: &self.tails,
                 total: self.tails[0],
+                rows: &self.rows(),
             };
             let metric = SignalMetric::independent(self.moments.iter().map(|m| m.sqrt()).collect());
             quantize(&factors, &metric, is_packed, target)

@@ -276,6 +276,7 @@ fn tile_lightmap(baked: &mut BakedScene, size: SyntheticSize) {
         let texel = |x: u32, y: u32| (corner[1] + y) * layout.width + corner[0] + x;
         let texels = (0..size.receivers_per_cluster as u32).map(|i| texel(i % side, i / side));
         baked.receiver_texels.extend(texels);
+        baked.receiver_errors.resize(baked.receiver_texels.len(), 0);
         for x in 0..side {
             layout.dilation.push([texel(x, side), texel(x, 0)]);
         }

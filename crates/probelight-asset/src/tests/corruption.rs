@@ -91,7 +91,7 @@ fn other_files_are_called_foreign() {
 
 #[test]
 fn other_versions_are_named() {
-    for version in [0u32, 2, 4, u32::MAX] {
+    for version in [0u32, 3, 5, u32::MAX] {
         let mut bytes = encoded(&baked_scene());
         bytes[8..12].copy_from_slice(&version.to_le_bytes());
         reseal_front(&mut bytes);
@@ -154,7 +154,11 @@ fn arrays_of_odd_length_are_refused() {
     for tag in &tag::ALL[3..] {
         let bytes = with_section(*tag, |bytes| bytes.push(0));
         // An array of bytes has no odd length, but a wrong one.
-        let words = if *tag == tag::COLUMN_EXPONENTS { "the clusters need" } else { "is damaged" };
+        let words = match *tag {
+            tag::COLUMN_EXPONENTS => "the clusters need",
+            tag::RECEIVER_ERRORS => "receivers' errors for",
+            _ => "is damaged",
+        };
         assert!(refusal(&bytes).contains(words));
     }
 }

@@ -4,6 +4,7 @@ use probelight_math::glam::{Vec2, Vec3};
 use probelight_scene::Light;
 
 use super::fixture::baked_scene;
+use crate::packed::Ranks;
 use crate::{BakedScene, NONE};
 
 /// Breaks the fixture and expects a refusal that contains `words`.
@@ -122,6 +123,7 @@ fn clusters_are_checked() {
     refused("the clusters need", |b| b.clusters.truncate(1));
     refused("the clusters need", |b| b.row_scales.push(1.0));
     refused("the clusters need", |b| b.column_exponents.push(1));
+    refused("4 receivers' errors for 5", |b| b.receiver_errors.truncate(4));
     refused("cluster 1 is too large", |b| b.clusters[1].probe_count = u32::MAX);
     refused("cluster 1 has different numbers", |b| b.clusters[1].signal_ranks.f16 = 1);
     refused("cluster 1 is too large", |b| {

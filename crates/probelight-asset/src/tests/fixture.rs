@@ -41,6 +41,7 @@ pub(super) fn baked_scene() -> BakedScene {
             BorderBlend { receiver: 2, neighbor: 3, beyond: 4 },
             BorderBlend { receiver: 3, neighbor: 2, beyond: 2 },
         ],
+        receiver_errors: vec![0, 64, 255, 3, 9],
         receiver_basis: vec![0xbc00_3555, 0x0001_7bff, 0x0081_7f01, 0x7000_0000],
         signal_basis: (0..5)
             .map(|i| 0x0001_3c00 * i)

@@ -121,6 +121,7 @@ fn with_clusters(sizes: &[ClusterSize], values: &[f32]) -> BakedScene {
     (baked.lightmap.width, baked.lightmap.height) = (64, 64);
     baked.lightmap.dilation.clear();
     baked.receiver_texels = (0..receivers).rev().collect();
+    baked.receiver_errors = (0..receivers).map(|receiver| receiver as u8).collect();
     baked.border_blends.retain(|blend| blend.receiver.max(blend.neighbor).max(blend.beyond) < receivers);
     baked.cluster_signals = (0..signals).map(|s| s % 10).collect();
     baked.cluster_probes = (0..probes).map(|p| p % 2).collect();

@@ -41,6 +41,12 @@ impl BakedScene {
             row_scales: self.row_scales.len() as u64,
             column_exponents: self.column_exponents.len() as u64,
         };
+        let errors = self.receiver_errors.len() as u64;
+        ensure!(
+            errors == lengths.receivers,
+            "there are {errors} receivers' errors for {} receivers",
+            lengths.receivers
+        );
         ensure!(end == lengths, "the clusters need {end:?}, and there are {lengths:?}");
         Ok(())
     }

@@ -72,6 +72,7 @@ pub(crate) fn single_probe(scene: Scene, sample: Option<LightSample>, gains: &[f
         dilation: Vec::new(),
     };
     baked.receiver_texels = (0..gains.len() as u32).collect();
+    baked.receiver_errors = vec![0; gains.len()];
     baked.border_blends.clear();
     baked.surfels = sample.iter().map(|_| Surfel { first_sample: 0, sample_count: 1 }).collect();
     baked.light_samples = sample.into_iter().collect();
