@@ -108,10 +108,10 @@ impl From<SettingFlags> for BakeOptions {
 enum QualityFlag {
     /// At most 50 000 receivers, 64 rays each, error 0.08: to look at a scene while it is being made
     Preview,
-    /// At most 400 000 receivers, 256 rays each, error 0.025, rank 32
+    /// At most 400 000 receivers, 256 rays each, error 0.02, rank 32
     #[default]
     Medium,
-    /// At most 800 000 receivers, 512 rays each, error 0.02: to keep
+    /// At most 800 000 receivers, 512 rays each, error 0.015: to keep
     High,
     /// At most 1 600 000 receivers, 1024 rays each, error 0.01, rank 64: for the last bake of all
     Production,

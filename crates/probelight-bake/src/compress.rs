@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::metric::SignalMetric;
 use crate::partition::KdRule;
-use crate::quantize::{Factors, PackedFactors, RowEnergy, quantize};
+use crate::quantize::{Aim, Factors, PackedFactors, RowEnergy, byte_price, quantize};
 use crate::receivers::Receiver;
 
 /// A cluster ready for the file.
@@ -126,13 +126,16 @@ impl Compressor<'_> {
             total: components.total,
             rows: &components.rows,
         };
-        let is_packed = self.settings.storage == Storage::Packed;
-        let target = f64::from(self.settings.max_cluster_error);
+        let aim = Aim {
+            is_packed: self.settings.storage == Storage::Packed,
+            error: f64::from(self.settings.max_cluster_error),
+            byte_price: byte_price(self.receivers.len()),
+        };
         CompressedCluster {
             receivers: block.receivers.clone(),
             signals: matrix.signals.to_vec(),
             probes: matrix.probes.to_vec(),
-            factors: quantize(&factors, matrix.metric, is_packed, target),
+            factors: quantize(&factors, matrix.metric, aim),
         }
     }
 }
@@ -249,6 +252,7 @@ pub(crate) fn bounds_of(receivers: &[Receiver], group: &[u32]) -> Bounds {
 mod tests {
     use super::*;
     use crate::quantize::tests::unpacked;
+    use probelight_asset::ERROR_STEPS;
     use probelight_asset::packed::Ranks;
     use probelight_math::glam::Vec3;
     use probelight_math::sampling::Rng;
@@ -364,6 +368,30 @@ mod tests {
     }
 
     #[test]
+    fn receivers_errors_are_those_of_their_rows() {
+        let rows = low_rank_rows(100, 30);
+        let target = 0.2;
+        let cluster = &compress(&rows, &settings(8, target, Storage::Packed))[0];
+        let stored = reconstruct(cluster);
+        let real = |r: usize| {
+            let exact = &rows[cluster.receivers[r] as usize * COLUMNS..][..COLUMNS];
+            let energy = |value: &dyn Fn(usize) -> f32| -> f32 {
+                (0..COLUMNS).map(|c| (value(c) * strength(c)).powi(2)).sum()
+            };
+            (energy(&|c| exact[c] - stored[(r, c)]) / energy(&|c| exact[c])).sqrt()
+        };
+        let reported = |r: usize| f32::from(cluster.factors.receiver_errors[r]) / ERROR_STEPS * target;
+        let agree = |offset: usize| {
+            let is_near = |r: &usize| (real(*r) / reported((r + offset) % 100) - 1.0).abs() < 0.1;
+            (0..100).filter(is_near).count()
+        };
+        // The rounding of each value is known on average only.
+        assert!(agree(0) > 80, "{}", agree(0));
+        // Negative control: those of other receivers.
+        assert!(agree(37) < 40, "{}", agree(37));
+    }
+
+    #[test]
     fn packing_takes_half_of_what_half_floats_take_at_most() {
         let rows = low_rank_rows(100, 30);
         let [floats, packed] = STORAGES.map(|storage| compress(&rows, &settings(8, 0.4, storage)).remove(0));
@@ -389,6 +417,20 @@ mod tests {
         assert!(tails[2] < 0.1 * counted[2], "{} of {}", tails[2], counted[2]);
         // Light that is in both halves counts in full.
         assert!((tails[0] / counted[0] - 1.0).abs() < 0.01 && tails[1] > 2.0 * tails[2]);
+    }
+
+    #[test]
+    fn light_counts_though_a_bright_row_is_in_one_half_only() {
+        // As where the points of one half of a texel's rays lie in the sun and the others in the shade.
+        let rows = low_rank_rows(64, 12);
+        let even = Mat::from_fn(64, COLUMNS, |r, c| rows[r * COLUMNS + c]);
+        let uneven = Mat::from_fn(64, COLUMNS, |r, c| if r == 5 { 40.0 } else { even[(r, c)] });
+        let metric = SignalMetric::independent(vec![1.0; COLUMNS]);
+        for halves in [[uneven.clone(), even.clone()], [even.clone(), uneven]] {
+            let tails = noise_free_tails(&halves, &metric, &noise_of_rows(&halves, &metric), 8).unwrap();
+            let light: f64 = metric.row_energies(&even).iter().sum();
+            assert!(tails[0] > light, "{} of {light}: the cluster would be black", tails[0]);
+        }
     }
 
     #[test]

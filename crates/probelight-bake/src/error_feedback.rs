@@ -2,9 +2,9 @@
 //!
 //! Signals go up and down together, as the light does, so an error in one column can be made up for in others.
 //! Columns are rounded one after the other, the strongest first; each aims at what is best after the errors so far,
-//! given that the columns still to come will do their best, too. That is Babai's nearest plane (Combinatorica 6,
-//! 1986) in the metric of the decomposition, `M = S Sᵀ + D²`. Since S has few columns, the triangular factor of M is
-//! never formed: each step is one of a recursive least-squares estimate.
+//! given that the columns still to come will do their best, too. That is the nearest-plane rounding of Babai 1986 in
+//! the metric of the decomposition, `M = S Sᵀ + D²`. Since S has few columns, the triangular factor of M is never
+//! formed: each step is one of a recursive least-squares estimate.
 
 use crate::metric::SignalMetric;
 

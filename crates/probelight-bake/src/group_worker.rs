@@ -42,7 +42,7 @@ const SUPPORT_MARGIN: f32 = 1.1;
 
 /// Error accepted for taking a whole patch's mean, as a share of the error accepted for the cluster: many such
 /// errors add up.
-const PATCH_ERROR_SHARE: f32 = 0.3;
+const PATCH_ERROR_SHARE: f32 = 0.375;
 
 /// Expected strength of the coefficients of band l relative to band 0: a prior, not a measurement of the scene
 /// at hand. Radiance with edges falls off about so.

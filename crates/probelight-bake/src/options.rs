@@ -50,7 +50,7 @@ pub struct BakeOptions {
     /// Most singular values per cluster. Default 32 (\[SED\] §3.3).
     pub max_rank: Option<u32>,
     /// Relative error of a cluster's truncated matrix: singular values are kept until it is reached, and
-    /// clusters large enough for two are split. Default 0.025: what is lost then is mostly the noise of the
+    /// clusters large enough for two are split. Default 0.02: what is lost then is mostly the noise of the
     /// gather rays.
     pub max_cluster_error: Option<f32>,
     /// Most probes a cluster draws on; up to twice as many where more than a few of its rays end at places that

@@ -30,9 +30,9 @@ pub struct Preset {
     pub max_rank: u32,
 }
 
-/// The defaults. Rank: \[SED\] §3.3. An error of 0.025 is mostly the noise of the gather rays.
+/// The defaults. Rank: \[SED\] §3.3. An error of 0.02 is mostly the noise of the gather rays.
 const MEDIUM: Preset =
-    Preset { max_receivers: DEFAULT_MAX_RECEIVERS, gather_rays: 256, max_cluster_error: 0.025, max_rank: 32 };
+    Preset { max_receivers: DEFAULT_MAX_RECEIVERS, gather_rays: 256, max_cluster_error: 0.02, max_rank: 32 };
 
 impl Quality {
     /// All presets, the cheapest first.
@@ -48,7 +48,7 @@ impl Quality {
             Self::High => Preset {
                 max_receivers: 2 * MEDIUM.max_receivers,
                 gather_rays: 2 * MEDIUM.gather_rays,
-                max_cluster_error: 0.02,
+                max_cluster_error: 0.015,
                 ..MEDIUM
             },
             Self::Production => Preset {

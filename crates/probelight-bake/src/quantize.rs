@@ -5,6 +5,7 @@ use probelight_asset::ERROR_STEPS;
 use probelight_asset::packed::{Precision, Ranks};
 use serde::{Deserialize, Serialize};
 
+use crate::DEFAULT_MAX_RECEIVERS;
 use crate::error_feedback::ErrorFeedback;
 use crate::metric::SignalMetric;
 
@@ -56,19 +57,33 @@ pub(crate) struct PackedFactors {
 /// Column exponents count eighths of octaves.
 const STEPS_PER_OCTAVE: f32 = 8.0;
 
-/// Packs the factors with the fewest bits that keep the relative error at `target`; where none do, those beyond
-/// which more bytes are not worth it.
-pub(crate) fn quantize(
-    factors: &Factors<'_>,
-    metric: &SignalMetric,
-    is_packed: bool,
-    target: f64,
-) -> PackedFactors {
+/// What the bits of a cluster are weighed by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Aim {
+    /// Whether integers are allowed; else all values are half floats.
+    pub(crate) is_packed: bool,
+    /// Wanted relative error.
+    pub(crate) error: f64,
+    /// What a byte per receiver must save at least where that is out of reach: a share of the wanted error's energy.
+    pub(crate) byte_price: f64,
+}
+
+/// [`Aim::byte_price`] of a scene with many receivers.
+const HIGHEST_BYTE_PRICE: f64 = 0.36;
+
+/// [`Aim::byte_price`] of a scene: bytes matter by how many there will be.
+pub(crate) fn byte_price(receivers: usize) -> f64 {
+    HIGHEST_BYTE_PRICE * (receivers as f64 / f64::from(DEFAULT_MAX_RECEIVERS)).min(1.0)
+}
+
+/// Packs the factors with the fewest bits that keep the wanted error; where none do, those beyond which more bytes
+/// are not worth it.
+pub(crate) fn quantize(factors: &Factors<'_>, metric: &SignalMetric, aim: Aim) -> PackedFactors {
     let scales = Scales::of(factors, metric);
     let columns: Vec<f32> = scales.column_exponents.iter().map(column_factor).collect();
     let feedback = ErrorFeedback::new(metric, &columns);
     let noise = RoundingNoise::of(factors, &scales, &feedback);
-    let (receiver_ranks, signal_ranks) = choose_ranks(factors, &noise, is_packed, target);
+    let (receiver_ranks, signal_ranks) = choose_ranks(factors, &noise, aim);
     let mut packed = PackedFactors {
         receiver_ranks,
         signal_ranks,
@@ -103,7 +118,7 @@ pub(crate) fn quantize(
         packed.row_scales.push(scales.rows[k] * scales.receivers[k]);
     }
     packed.error = (energy / factors.total.max(f64::MIN_POSITIVE)).max(0.0).sqrt() as f32;
-    packed.receiver_errors = rows.in_steps(factors, target);
+    packed.receiver_errors = rows.in_steps(factors, aim.error);
     packed
 }
 
@@ -230,25 +245,17 @@ impl RoundingNoise {
     }
 }
 
-/// What a byte per receiver must save at least where the target is out of reach: a share of the target's energy.
-const BYTE_PRICE: f64 = 0.25;
-
 /// The cheapest ranks of U and ΣVᵀ within the target; where none are, those beyond which more bytes are not worth it.
-fn choose_ranks(
-    factors: &Factors<'_>,
-    noise: &RoundingNoise,
-    is_packed: bool,
-    target: f64,
-) -> (Ranks, Ranks) {
+fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, aim: Aim) -> (Ranks, Ranks) {
     let most = factors.energies.len();
-    let accepted = target * target * factors.total;
-    if !is_packed {
+    let accepted = aim.error * aim.error * factors.total;
+    if !aim.is_packed {
         let rank = (0..=most).find(|rank| factors.tails[*rank] <= accepted).unwrap_or(most);
         let ranks = Ranks { f16: rank as u32, ..Ranks::default() };
         return (ranks, ranks);
     }
     // What a singular value costs in four bits: a value for each receiver or column.
-    let byte_price = BYTE_PRICE * accepted;
+    let byte_price = aim.byte_price * accepted;
     let u_price = 0.5 * byte_price;
     let w_price = u_price * factors.w.ncols() as f64 / factors.u.nrows().max(1) as f64;
     let mut best = (0, 0, 0);
@@ -356,7 +363,7 @@ pub(crate) mod tests {
                 rows: &self.rows(),
             };
             let metric = SignalMetric::independent(self.moments.iter().map(|m| m.sqrt()).collect());
-            quantize(&factors, &metric, is_packed, target)
+            quantize(&factors, &metric, Aim { is_packed, error: target, byte_price: HIGHEST_BYTE_PRICE })
         }
 
         /// Relative error of packed factors in the metric, compared value by value.
