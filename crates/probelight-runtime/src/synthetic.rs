@@ -48,7 +48,7 @@ pub struct SyntheticSize {
 
 impl SyntheticSize {
     /// As a bake with the default settings makes it, by its proportions on the bundled scenes: packed matrices of
-    /// some 75 bytes per receiver, near light from surfels.
+    /// some 65 bytes per receiver, near light from surfels.
     pub fn hybrid(receivers: usize) -> Self {
         let receivers_per_cluster = 256;
         let surfels = receivers.div_ceil(5);
