@@ -8,16 +8,8 @@ set -euo pipefail
 
 groundtruth=$1 out=$2 scene=$3
 shift 3
-setups=()
-while (($#)) && [[ $1 != -- ]]; do
-    setups+=("$1")
-    shift
-done
-shift || true
-
-probelight() { cargo run --release --quiet -- "$@"; }
-# The first number of that name in pretty-printed JSON.
-number() { sed -nE "s/^ *\"$1\": (-?[0-9.e-]+),?$/\1/p" "$2" | head -n 1; }
+# shellcheck source=tools/evaluation.sh
+source "$(dirname "${BASH_SOURCE[0]}")/evaluation.sh"
 percent() { awk -v x="$1" 'BEGIN { printf "%.2f %%", 100 * x }'; }
 
 name=$(basename "$scene" .glb)

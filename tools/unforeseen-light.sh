@@ -10,16 +10,8 @@ set -euo pipefail
 
 scene=$1 points=$2 out=$3 plain_error=$4
 shift 4
-setups=()
-while (($#)) && [[ $1 != -- ]]; do
-    setups+=("$1")
-    shift
-done
-shift || true
-
-probelight() { cargo run --release --quiet -- "$@"; }
-# The first number of that name in pretty-printed JSON.
-number() { sed -nE "s/^ *\"$1\": (-?[0-9.e-]+),?$/\1/p" "$2" | head -n 1; }
+# shellcheck source=tools/evaluation.sh
+source "$(dirname "${BASH_SOURCE[0]}")/evaluation.sh"
 error_of() {
     probelight eval "$out/$1.plight" --setup "$2" --points "$3" --json --quiet > "$out/eval.json"
     awk -v x="$(number relative_rmse "$out/eval.json")" -v p="$(number p95_relative_error "$out/eval.json")" \

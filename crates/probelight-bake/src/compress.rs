@@ -169,11 +169,14 @@ impl Components {
                 rows: vec![RowEnergy::default(); a.nrows()],
             };
         };
-        let noise =
-            if metric.knows_the_light() { noise_of_rows(halves, metric) } else { vec![0.0; a.nrows()] };
-        let noise_free =
-            metric.knows_the_light().then(|| noise_free_tails(halves, metric, &noise, energies.len()));
-        let tails = noise_free.flatten().unwrap_or_else(|| tails_of(total, energies.iter().copied()));
+        let (noise, noise_free) = if metric.knows_the_light() {
+            let noise = noise_of_rows(halves, metric);
+            let tails = noise_free_tails(halves, metric, &noise, energies.len());
+            (noise, tails)
+        } else {
+            (vec![0.0; a.nrows()], None)
+        };
+        let tails = noise_free.unwrap_or_else(|| tails_of(total, energies.iter().copied()));
         // The mean of both halves has half of their noise.
         let row = |(r, noise): (usize, &f64)| RowEnergy { all: gram[(r, r)], noise: 0.5 * noise };
         let rows = noise.iter().enumerate().map(row).collect();

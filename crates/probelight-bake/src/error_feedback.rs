@@ -6,12 +6,16 @@
 //! the metric of the decomposition, `M = S Sᵀ + D²`. Since S has few columns, the triangular factor of M is never
 //! formed: each step is one of a recursive least-squares estimate.
 
+use crate::light_ensemble::add_scaled;
 use crate::metric::SignalMetric;
 
 /// How many times the independent strengths D² count. The lightings are but a sample of the light that will be, and
 /// rounding errors that cancel under them show under other light, most of all where it is dim: with 4, atrium takes a
 /// tenth fewer bytes, but a flower pot in the shade turns black while the sun shines beside it.
 const UNFORESEEN: f32 = 16.0;
+
+/// Variance of the errors of rounding to steps of 1.
+pub(crate) const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;
 
 /// What rounding one column does to the others.
 pub(crate) struct ErrorFeedback {
@@ -96,9 +100,7 @@ impl ErrorFeedback {
 
     /// Expected energy of the errors that rounding to steps of 1 leaves, unforeseen light counted as above.
     pub(crate) fn rounding_energy(&self) -> f64 {
-        // The variance of a uniform error.
-        const VARIANCE: f64 = 1.0 / 12.0;
-        VARIANCE * self.stiffness.iter().map(|s| f64::from(*s)).sum::<f64>()
+        ROUNDING_VARIANCE * self.stiffness.iter().map(|s| f64::from(*s)).sum::<f64>()
     }
 
     /// A row with its values rounded to multiples of `step` between −1 and 1, and the energy of its errors in the metric.
@@ -127,13 +129,6 @@ impl ErrorFeedback {
 
 fn dot(a: &[f32], b: &[f32]) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// `sums += factor · values`.
-fn add_scaled(sums: &mut [f32], factor: f32, values: &[f32]) {
-    for (sum, value) in sums.iter_mut().zip(values) {
-        *sum += factor * value;
-    }
 }
 
 #[cfg(test)]

@@ -432,7 +432,7 @@ fn normalize(radiance: &mut [f32], sizes: &[u32], count: usize) -> Vec<f32> {
 }
 
 /// `sums += factor · values`.
-fn add_scaled(sums: &mut [f32], factor: f32, values: &[f32]) {
+pub(crate) fn add_scaled(sums: &mut [f32], factor: f32, values: &[f32]) {
     for (sum, value) in sums.iter_mut().zip(values) {
         *sum += factor * value;
     }

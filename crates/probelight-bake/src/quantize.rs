@@ -6,7 +6,7 @@ use probelight_asset::packed::{Precision, Ranks};
 use serde::{Deserialize, Serialize};
 
 use crate::DEFAULT_MAX_RECEIVERS;
-use crate::error_feedback::ErrorFeedback;
+use crate::error_feedback::{ErrorFeedback, ROUNDING_VARIANCE};
 use crate::metric::SignalMetric;
 
 /// U and ΣVᵀ of a cluster, and what each singular value is worth.
@@ -220,8 +220,6 @@ struct RoundingNoise {
 
 impl RoundingNoise {
     fn of(factors: &Factors<'_>, scales: &Scales, feedback: &ErrorFeedback) -> Self {
-        // The variance of rounding to steps of 1.
-        const VARIANCE: f64 = 1.0 / 12.0;
         let squared = |v: f32| f64::from(v) * f64::from(v);
         let rows = factors.u.nrows() as f64;
         let of_column = feedback.rounding_energy();
@@ -230,7 +228,7 @@ impl RoundingNoise {
                 .energies
                 .iter()
                 .zip(&scales.receivers)
-                .map(|(energy, scale)| VARIANCE * rows * squared(*scale) * energy)
+                .map(|(energy, scale)| ROUNDING_VARIANCE * rows * squared(*scale) * energy)
                 .collect(),
             w: scales.rows.iter().map(|scale| squared(*scale) * of_column).collect(),
         }
