@@ -51,8 +51,6 @@ pub struct BakedScene {
     pub cluster_probes: Vec<u32>,
     /// Lightmap texel of each receiver, cluster by cluster, coarsest lightmap level first.
     pub receiver_texels: Vec<u32>,
-    /// Receivers beside the borders between clusters, sorted by receiver; see [`BorderBlend`].
-    pub border_blends: Vec<BorderBlend>,
     /// Relative error of each receiver's compressed transport, in [`ERROR_STEPS`]ths of the wanted one, at most 255
     /// of them. No frame reads it.
     pub receiver_errors: Vec<u8>,
@@ -98,7 +96,7 @@ pub struct BakeSettings {
     pub probes_per_cluster: u32,
     /// Most receivers of a cluster.
     pub receivers_per_cluster: u32,
-    /// Whether clusters blend at the borders between them.
+    /// Whether clusters blend at the borders between them, see [`BorderBlend`](crate::BorderBlend).
     pub blend_borders: bool,
     /// Most singular values kept per cluster.
     pub max_rank: u32,
@@ -287,23 +285,6 @@ pub struct Emitter {
     pub mean_texel: Vec3,
 }
 
-/// How a receiver beside a border blends with the cluster across.
-///
-/// Each cluster approximates its own transport, so irradiance would jump where two meet. What the cluster across
-/// would say of the receiver is continued from its own receivers next to it, `neighbor` and then `beyond`:
-/// `neighbor + (neighbor − beyond)`, with a limit to the slope. The receiver's irradiance is the mean of that for
-/// each of its records and of what its own cluster says, counted twice.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct BorderBlend {
-    /// The receiver (index into `receiver_texels`).
-    pub receiver: u32,
-    /// The next receiver in the lightmap's row or column, across the border.
-    pub neighbor: u32,
-    /// The one behind it, of the same cluster; `neighbor` itself if there is none.
-    pub beyond: u32,
-}
-
 /// Receivers that share a compressed transport matrix A ≈ U·(ΣVᵀ) (\[SED\] eq. 6).
 ///
 /// A's input is a list of signals. Its first `signal_count` columns are scalar signals
@@ -313,10 +294,13 @@ pub struct BorderBlend {
 ///
 /// Value (k, c) of ΣVᵀ is `row_scale[k] · 2^(−column_exponent[c]/8) · v` with v as stored; U's values are as
 /// stored.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cluster {
     /// Box around the receivers, metres.
     pub bounds: Bounds,
+    /// Where in the scene's air its receivers lie: no light gets from one air space to another. [`NONE`] for receivers
+    /// that see no probe.
+    pub air_space: u32,
     /// First receiver (index into `receiver_texels`).
     pub first_receiver: u32,
     /// Number of receivers.
@@ -392,11 +376,6 @@ impl BakedScene {
         &self.receiver_texels[cluster.first_receiver as usize..][..cluster.receiver_count as usize]
     }
 
-    /// The records of each receiver beside a border.
-    pub fn blends_by_receiver(&self) -> impl Iterator<Item = &[BorderBlend]> {
-        self.border_blends.chunk_by(|a, b| a.receiver == b.receiver)
-    }
-
     /// Number of columns of a cluster's ΣVᵀ.
     pub fn column_count(&self, cluster: &Cluster) -> usize {
         cluster.signal_count as usize + cluster.probe_count as usize * self.coefficients()
@@ -412,7 +391,6 @@ impl BakedScene {
             + size_of_val(&self.cluster_signals[..])
             + size_of_val(&self.cluster_probes[..])
             + size_of_val(&self.receiver_texels[..])
-            + size_of_val(&self.border_blends[..])
             + size_of_val(&self.clusters[..]);
         bytes as f64 / self.receiver_texels.len().max(1) as f64
     }

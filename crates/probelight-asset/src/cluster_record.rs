@@ -7,12 +7,15 @@ use probelight_scene::Bounds;
 use crate::Cluster;
 use crate::packed::Ranks;
 
-/// [`Cluster`] without implicit padding: 104 bytes, aligned to 8.
+/// [`Cluster`] without implicit padding: 112 bytes, aligned to 8.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct ClusterRecord {
     bounds_min: Vec3,
     bounds_max: Vec3,
+    air_space: u32,
+    /// Zero.
+    reserved: u32,
     first_receiver: u32,
     receiver_count: u32,
     first_signal: u32,
@@ -28,13 +31,15 @@ pub(crate) struct ClusterRecord {
     column_exponent_offset: u64,
 }
 
-const _: () = assert!(size_of::<ClusterRecord>() == 104, "the file format says so");
+const _: () = assert!(size_of::<ClusterRecord>() == 112, "the file format says so");
 
 impl From<&Cluster> for ClusterRecord {
     fn from(cluster: &Cluster) -> Self {
         Self {
             bounds_min: cluster.bounds.min,
             bounds_max: cluster.bounds.max,
+            air_space: cluster.air_space,
+            reserved: 0,
             first_receiver: cluster.first_receiver,
             receiver_count: cluster.receiver_count,
             first_signal: cluster.first_signal,
@@ -56,6 +61,7 @@ impl From<&ClusterRecord> for Cluster {
     fn from(record: &ClusterRecord) -> Self {
         Self {
             bounds: Bounds { min: record.bounds_min, max: record.bounds_max },
+            air_space: record.air_space,
             first_receiver: record.first_receiver,
             receiver_count: record.receiver_count,
             first_signal: record.first_signal,

@@ -93,7 +93,6 @@ impl BakedInfo {
             tag::CLUSTER_SIGNALS,
             tag::CLUSTER_PROBES,
             tag::RECEIVER_TEXELS,
-            tag::BORDER_BLENDS,
             tag::CLUSTERS,
         ];
         Self {

@@ -12,7 +12,7 @@ compile_error!("baked files are little-endian arrays that are read without conve
 const MAGIC: [u8; 8] = *b"\x89PLIGHT\n";
 
 /// Version of the format that this crate writes and reads.
-pub(crate) const FORMAT_VERSION: u32 = 4;
+pub(crate) const FORMAT_VERSION: u32 = 5;
 
 /// Sections start at multiples of this, so that a mapped file's arrays are aligned for vector registers and
 /// cache lines.
@@ -21,7 +21,7 @@ pub(crate) const ALIGNMENT: u64 = 64;
 /// Name of a section in the table: ASCII, padded with zeros.
 pub(crate) type Tag = [u8; 8];
 
-/// The sections of format version 3. A file holds each of them once, in the order of [`tag::ALL`].
+/// The sections of a file. It holds each of them once, in the order of [`tag::ALL`].
 pub(crate) mod tag {
     use super::Tag;
 
@@ -74,7 +74,7 @@ pub(crate) mod tag {
         RELIGHT_DIRECTIONS = b"raydirec";
         /// `u32` a relight ray of a probe.
         RELIGHT_SURFELS = b"raysurfe";
-        /// 104 bytes a cluster.
+        /// 112 bytes a cluster.
         CLUSTERS = b"clusters";
         /// `u32` a scalar signal of a cluster.
         CLUSTER_SIGNALS = b"clusigna";
@@ -82,8 +82,6 @@ pub(crate) mod tag {
         CLUSTER_PROBES = b"cluprobe";
         /// `u32` a receiver.
         RECEIVER_TEXELS = b"texels\0\0";
-        /// `[u32; 3]` a receiver and a border beside it.
-        BORDER_BLENDS = b"borders\0";
         /// `u8` a receiver.
         RECEIVER_ERRORS = b"receverr";
         /// `u32` a word of packed values of U.

@@ -6,12 +6,12 @@
 //! # Layout of the file
 //!
 //! ```text
-//!   byte 0           64                960                                          file end
+//!   byte 0           64                992                                          file end
 //!        ┌───────────┬─────────────────┬──────────────┬───┬──────────────┬───┬─  ─┬─────────────┐
-//!        │  header   │  section table  │  section 0   │ 0 │  section 1   │ 0 │ …  │ section 27  │
+//!        │  header   │  section table  │  section 0   │ 0 │  section 1   │ 0 │ …  │ section 28  │
 //!        └─────┬─────┴───────┬─────────┴──────────────┴───┴──────────────┴───┴─  ─┴─────────────┘
 //!              │             │         ▲ every section starts at a multiple of 64, zeros between
-//!              │             └─ 28 × { name [u8; 8], offset u64, length u64, xxh3 u64 }
+//!              │             └─ 29 × { name [u8; 8], offset u64, length u64, xxh3 u64 }
 //!              └─ { magic [u8; 8], version u32, sections u32, file length u64, xxh3 of the table u64,
 //!                   zeros [u8; 24], xxh3 of the bytes before u64 }
 //! ```
@@ -29,6 +29,7 @@
 
 mod atomic_file;
 mod baked_scene;
+mod border_blends;
 mod cluster_record;
 mod description;
 mod error;
@@ -44,8 +45,9 @@ mod write;
 
 pub use atomic_file::write_atomically;
 pub use baked_scene::{
-    BakeReport, BakeSettings, BakedScene, BorderBlend, Cluster, ERROR_STEPS, Emitter, LightSample,
-    LightmapFace, LightmapLayout, Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
+    BakeReport, BakeSettings, BakedScene, Cluster, ERROR_STEPS, Emitter, LightSample, LightmapFace,
+    LightmapLayout, Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
 };
+pub use border_blends::BorderBlend;
 pub use error::AssetError;
 pub use info::{BakedInfo, SectionInfo};

@@ -66,7 +66,6 @@ impl BakedScene {
             cluster_signals: sections.array(tag::CLUSTER_SIGNALS)?,
             cluster_probes: sections.array(tag::CLUSTER_PROBES)?,
             receiver_texels: sections.array(tag::RECEIVER_TEXELS)?,
-            border_blends: sections.array(tag::BORDER_BLENDS)?,
             receiver_errors: sections.array(tag::RECEIVER_ERRORS)?,
             receiver_basis: sections.array(tag::RECEIVER_BASIS)?,
             signal_basis: sections.array(tag::SIGNAL_BASIS)?,

@@ -73,7 +73,6 @@ impl BakedScene {
             (tag::CLUSTER_SIGNALS, cast_slice(&self.cluster_signals).into()),
             (tag::CLUSTER_PROBES, cast_slice(&self.cluster_probes).into()),
             (tag::RECEIVER_TEXELS, cast_slice(&self.receiver_texels).into()),
-            (tag::BORDER_BLENDS, cast_slice(&self.border_blends).into()),
             (tag::RECEIVER_ERRORS, self.receiver_errors[..].into()),
             (tag::RECEIVER_BASIS, cast_slice(&self.receiver_basis).into()),
             (tag::SIGNAL_BASIS, cast_slice(&self.signal_basis).into()),

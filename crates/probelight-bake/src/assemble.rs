@@ -4,7 +4,6 @@ use probelight_asset::{BakeReport, BakedScene, Cluster, LightmapLayout, Method, 
 use probelight_math::glam::Vec3;
 
 use crate::atlas::Atlas;
-use crate::border_blends::find_border_blends;
 use crate::checkpoint::FinishedGroup;
 use crate::compress::bounds_of;
 use crate::options::Resolved;
@@ -54,12 +53,12 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
     if baked.settings.method == Method::Paper {
         keep_seen_surfels(&mut baked);
     }
-    // Receivers as the file has them, with their clusters.
-    let mut order: Vec<(u32, u32)> = Vec::new();
     for cluster in groups.iter().flat_map(|g| &g.clusters) {
         let bounds = bounds_of(receivers, &cluster.receivers);
         baked.clusters.push(Cluster {
             bounds,
+            // Clusters never mix air spaces.
+            air_space: receivers[cluster.receivers[0] as usize].air_space().unwrap_or(NONE),
             first_receiver: baked.receiver_texels.len() as u32,
             receiver_count: cluster.receivers.len() as u32,
             first_signal: baked.cluster_signals.len() as u32,
@@ -81,7 +80,6 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
                 probe.support_radius = probe.support_radius.max(distance);
             }
         }
-        order.extend(cluster.receivers.iter().map(|r| (*r, baked.clusters.len() as u32)));
         baked.receiver_texels.extend(cluster.receivers.iter().map(|r| receivers[*r as usize].texel));
         baked.cluster_signals.extend(&cluster.signals);
         baked.cluster_probes.extend(cluster.probes.iter().map(|p| probe_numbers[*p as usize]));
@@ -90,9 +88,6 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
         baked.signal_basis.extend(&cluster.factors.signal_basis);
         baked.row_scales.extend(&cluster.factors.row_scales);
         baked.column_exponents.extend(&cluster.factors.column_exponents);
-    }
-    if baked.settings.blend_borders {
-        baked.border_blends = find_border_blends(receivers, baked.lightmap.width, &order);
     }
     baked
 }

@@ -55,6 +55,7 @@ pub fn bake(
     let mut receivers = place_receivers(&tracer, &atlas, &lit_sides);
     resolved.set_receiver_count(receivers.receivers.len());
     let probes = place_probes(&tracer, &resolved, &lit_sides, &receivers.receivers, progress)?;
+    resolved.set_probe_count(probes.len());
     let directions = progressive_sphere(resolved.settings.relight_rays as usize);
     let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
     let probe_set = PointGrid::of(&probes, resolved.settings.probe_spacing * 0.5);

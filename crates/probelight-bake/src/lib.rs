@@ -25,7 +25,6 @@ mod air_spaces;
 mod assemble;
 mod atlas;
 mod bake;
-mod border_blends;
 mod checkpoint;
 mod compress;
 mod cut;
@@ -59,5 +58,5 @@ mod voxels;
 
 pub use bake::bake;
 pub use error::BakeError;
-pub use options::{BakeOptions, DEFAULT_MAX_RECEIVERS};
+pub use options::{BakeOptions, DEFAULT_MAX_RECEIVERS, RELIGHT_RAY_BUDGET};
 pub use quality::{Preset, Quality};

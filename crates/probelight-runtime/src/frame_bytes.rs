@@ -14,7 +14,7 @@ pub fn frame_bytes(baked: &BakedScene) -> usize {
         + size_of_val(&baked.cluster_signals[..])
         + size_of_val(&baked.cluster_probes[..]);
     let lightmap = size_of_val(&baked.receiver_texels[..])
-        + size_of_val(&baked.border_blends[..])
+        + size_of_val(&baked.border_blends()[..])
         + size_of_val(&baked.lightmap.dilation[..])
         + baked.receiver_texels.len() * size_of::<Vec3>();
     // Per sample a reflectance and a texel, per surfel its kept mean besides its range.
@@ -56,7 +56,7 @@ pub fn stage_bytes(baked: &BakedScene, lights_move: bool) -> [u64; 5] {
     let gather = size_of_val(&baked.receiver_basis[..])
         + coefficients
         + receivers * (2 * rgb + 4)
-        + size_of_val(&baked.border_blends[..]);
+        + size_of_val(&baked.border_blends()[..]);
     let dilate = baked.lightmap.dilation.len() * (2 * rgb + 8);
     [light, relight, project, gather, dilate].map(|bytes| bytes as u64)
 }

@@ -3,7 +3,7 @@
 
 use probelight_asset::packed::Ranks;
 use probelight_asset::{
-    BakedScene, BorderBlend, Cluster, Emitter, LightSample, LightmapFace, NONE, Probe, Surfel, SurfelGroup,
+    BakedScene, Cluster, Emitter, LightSample, LightmapFace, NONE, Probe, Surfel, SurfelGroup,
 };
 use probelight_math::directions::progressive_sphere;
 use probelight_math::glam::{Vec2, Vec3, Vec4};
@@ -154,7 +154,7 @@ pub fn synthetic_lighting() -> Lighting {
 }
 
 /// [`floor_and_shade`] with random surfels and random matrices. Clusters are square tiles of the lightmap, with
-/// a border of dilated texels.
+/// dilated texels around their rows.
 pub fn synthetic_room(size: SyntheticSize) -> BakedScene {
     let rng = &mut Rng::new(size.clusters as u64, 1);
     let mut baked = BakedScene {
@@ -264,15 +264,17 @@ fn random_light_sample(rng: &mut Rng, scene: &Scene, texel: u32) -> LightSample 
     }
 }
 
+/// Tiles touch the ones left and right of them, so that clusters meet there, and have dilated texels below them.
 fn tile_lightmap(baked: &mut BakedScene, size: SyntheticSize) {
+    baked.settings.blend_borders = true;
     let side = (size.receivers_per_cluster as f64).sqrt().ceil() as u32;
     let tiles_across = (size.clusters as f64).sqrt().ceil() as u32;
     let layout = &mut baked.lightmap;
     layout.pages = 1;
-    layout.width = tiles_across * (side + 1);
+    layout.width = tiles_across * side + 1;
     layout.height = (size.clusters as u32).div_ceil(tiles_across) * (side + 1);
     for cluster in 0..size.clusters as u32 {
-        let corner = [cluster % tiles_across * (side + 1), cluster / tiles_across * (side + 1)];
+        let corner = [cluster % tiles_across * side, cluster / tiles_across * (side + 1)];
         let texel = |x: u32, y: u32| (corner[1] + y) * layout.width + corner[0] + x;
         let texels = (0..size.receivers_per_cluster as u32).map(|i| texel(i % side, i / side));
         baked.receiver_texels.extend(texels);
@@ -280,39 +282,11 @@ fn tile_lightmap(baked: &mut BakedScene, size: SyntheticSize) {
         for x in 0..side {
             layout.dilation.push([texel(x, side), texel(x, 0)]);
         }
-        for y in 0..=side {
-            layout.dilation.push([texel(side, y), texel(0, 0)]);
+        let is_last = (cluster + 1) % tiles_across == 0 || cluster + 1 == size.clusters as u32;
+        if is_last {
+            layout.dilation.extend((0..=side).map(|y| [texel(side, y), texel(0, 0)]));
         }
     }
-    blend_tiles(baked, size, side, tiles_across);
-}
-
-/// Each cluster's last column and row blend with the first ones of the next cluster and the one below.
-fn blend_tiles(baked: &mut BakedScene, size: SyntheticSize, side: u32, tiles_across: u32) {
-    let (clusters, of_cluster) = (size.clusters as u32, size.receivers_per_cluster as u32);
-    let receiver = |cluster: u32, x: u32, y: u32| {
-        cluster * of_cluster + (y.min(side - 1) * side + x.min(side - 1)).min(of_cluster - 1)
-    };
-    for cluster in 0..clusters {
-        for i in 0..side {
-            let (right, below) = (cluster + 1, cluster + tiles_across);
-            if right < clusters {
-                baked.border_blends.push(BorderBlend {
-                    receiver: receiver(cluster, side, i),
-                    neighbor: receiver(right, 0, i),
-                    beyond: receiver(right, 1, i),
-                });
-            }
-            if below < clusters {
-                baked.border_blends.push(BorderBlend {
-                    receiver: receiver(cluster, i, side),
-                    neighbor: receiver(below, i, 0),
-                    beyond: receiver(below, i, 1),
-                });
-            }
-        }
-    }
-    baked.border_blends.sort_unstable_by_key(|blend| (blend.receiver, blend.neighbor, blend.beyond));
 }
 
 fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSize, index: usize) {
@@ -329,6 +303,7 @@ fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSiz
     });
     let cluster = Cluster {
         bounds: Bounds { min: Vec3::ZERO, max: Vec3::ONE },
+        air_space: 0,
         first_receiver: (index * size.receivers_per_cluster) as u32,
         receiver_count: size.receivers_per_cluster as u32,
         first_signal: baked.cluster_signals.len() as u32,

@@ -135,14 +135,6 @@ fn clusters_are_checked() {
 }
 
 #[test]
-fn border_blends_are_checked() {
-    refused("border record 0 names receiver 5 of 5", |b| b.border_blends[0].neighbor = 5);
-    refused("border record 1 names receiver 9", |b| b.border_blends[1].beyond = 9);
-    refused("border record 1 names receiver 4294967295", |b| b.border_blends[1].receiver = NONE);
-    refused("border record 1 is not in the order", |b| b.border_blends[1].receiver = 1);
-}
-
-#[test]
 fn matrices_are_checked() {
     refused("matrix of cluster 0", |b| b.receiver_basis[0] |= 0x7c00);
     refused("matrix of cluster 0", |b| b.signal_basis[4] |= 0x7c00_0000);

@@ -5,8 +5,8 @@ use probelight_scene::{AlphaMode, Bounds, Camera, Light, Material, Scene, Textur
 
 use crate::packed::Ranks;
 use crate::{
-    BakeReport, BakeSettings, BakedScene, BorderBlend, Cluster, Emitter, LightSample, LightmapFace,
-    LightmapLayout, Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
+    BakeReport, BakeSettings, BakedScene, Cluster, Emitter, LightSample, LightmapFace, LightmapLayout,
+    Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
 };
 
 /// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters, two probes, three surfels in two
@@ -37,10 +37,6 @@ pub(super) fn baked_scene() -> BakedScene {
         cluster_signals: vec![3, 9, 0],
         cluster_probes: vec![1, 0, 1],
         receiver_texels: vec![0, 2, 1, 7, 10],
-        border_blends: vec![
-            BorderBlend { receiver: 2, neighbor: 3, beyond: 4 },
-            BorderBlend { receiver: 3, neighbor: 2, beyond: 2 },
-        ],
         receiver_errors: vec![0, 64, 255, 3, 9],
         receiver_basis: vec![0xbc00_3555, 0x0001_7bff, 0x0081_7f01, 0x7000_0000],
         signal_basis: (0..5)
@@ -189,6 +185,7 @@ fn clusters() -> Vec<Cluster> {
     let bounds = Bounds { min: Vec3::ZERO, max: Vec3::ONE };
     let first = Cluster {
         bounds,
+        air_space: 0,
         first_receiver: 0,
         receiver_count: 3,
         first_signal: 0,
@@ -205,6 +202,7 @@ fn clusters() -> Vec<Cluster> {
     };
     let second = Cluster {
         bounds,
+        air_space: NONE,
         first_receiver: 3,
         receiver_count: 2,
         first_signal: 2,

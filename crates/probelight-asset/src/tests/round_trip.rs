@@ -92,6 +92,7 @@ fn with_clusters(sizes: &[ClusterSize], values: &[f32]) -> BakedScene {
         let signal_ranks = Ranks { f16: snorm4, snorm8: f16, snorm4: snorm8 };
         let cluster = Cluster {
             bounds: Bounds { min: Vec3::NEG_ONE, max: Vec3::splat(value(receivers as usize).abs()) },
+            air_space: signals,
             first_receiver: receivers,
             receiver_count,
             first_signal: signals,
@@ -122,7 +123,6 @@ fn with_clusters(sizes: &[ClusterSize], values: &[f32]) -> BakedScene {
     baked.lightmap.dilation.clear();
     baked.receiver_texels = (0..receivers).rev().collect();
     baked.receiver_errors = (0..receivers).map(|receiver| receiver as u8).collect();
-    baked.border_blends.retain(|blend| blend.receiver.max(blend.neighbor).max(blend.beyond) < receivers);
     baked.cluster_signals = (0..signals).map(|s| s % 10).collect();
     baked.cluster_probes = (0..probes).map(|p| p % 2).collect();
     baked

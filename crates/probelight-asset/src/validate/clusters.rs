@@ -51,23 +51,6 @@ impl BakedScene {
         Ok(())
     }
 
-    /// The records of each receiver follow one another.
-    pub(super) fn check_border_blends(&self) -> Result<(), String> {
-        let receivers = self.receiver_texels.len();
-        let mut last = 0;
-        for (i, blend) in self.border_blends.iter().enumerate() {
-            for receiver in [blend.receiver, blend.neighbor, blend.beyond] {
-                ensure!(
-                    (receiver as usize) < receivers,
-                    "border record {i} names receiver {receiver} of {receivers}"
-                );
-            }
-            ensure!(blend.receiver >= last, "border record {i} is not in the order of the receivers");
-            last = blend.receiver;
-        }
-        Ok(())
-    }
-
     /// Relies on the clusters' offsets.
     pub(super) fn check_matrices(&self) -> Result<(), String> {
         for (c, cluster) in self.clusters.iter().enumerate() {

@@ -44,7 +44,6 @@ impl BakedScene {
             .and_then(|()| self.check_probes())
             .and_then(|()| self.check_relight_rays())
             .and_then(|()| self.check_clusters())
-            .and_then(|()| self.check_border_blends())
             .and_then(|()| self.check_matrices())
             .map_err(|reason| AssetError::Invalid { reason })
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use probelight_asset::{BakedScene, BorderBlend};
+use probelight_asset::BorderBlend;
 use probelight_math::glam::Vec3;
 use rayon::prelude::*;
 
@@ -15,33 +15,36 @@ const STEEPEST_SLOPE: f32 = 0.25;
 /// The blended irradiance of the receivers beside borders.
 #[derive(Clone, Debug)]
 pub(super) struct BlendBorders {
-    /// Per receiver beside a border its records in [`BakedScene::border_blends`].
-    records: Vec<Range<usize>>,
+    records: Vec<BorderBlend>,
+    /// Which of them are those of each receiver beside a border.
+    ranges: Vec<Range<usize>>,
     blended: Vec<Vec3>,
     copies: Scatter,
 }
 
 impl BlendBorders {
-    /// Finds each receiver's records.
-    pub(super) fn new(baked: &BakedScene) -> Self {
+    /// Prepares for the borders' records, sorted by receiver.
+    pub(super) fn new(records: Vec<BorderBlend>) -> Self {
         let mut end = 0;
         let range = |records: &[BorderBlend]| {
             end += records.len();
             end - records.len()..end
         };
-        let records: Vec<_> = baked.blends_by_receiver().map(range).collect();
+        let ranges: Vec<_> = BorderBlend::by_receiver(&records).map(range).collect();
+        let receivers = BorderBlend::by_receiver(&records).map(|records| records[0].receiver);
         Self {
-            blended: vec![Vec3::ZERO; records.len()],
+            blended: vec![Vec3::ZERO; ranges.len()],
+            copies: Scatter::new(receivers.zip(0..)),
+            ranges,
             records,
-            copies: Scatter::new(baked.blends_by_receiver().map(|records| records[0].receiver).zip(0..)),
         }
     }
 
     /// Blends the receivers' irradiance, W/m².
-    pub(super) fn blend_borders(&mut self, baked: &BakedScene, irradiance: &mut [Vec3]) {
+    pub(super) fn blend_borders(&mut self, irradiance: &mut [Vec3]) {
         let gathered = &*irradiance;
-        self.blended.par_iter_mut().zip(&self.records).for_each(|(value, records)| {
-            *value = blend(gathered, &baked.border_blends[records.clone()]);
+        self.blended.par_iter_mut().zip(&self.ranges).for_each(|(value, range)| {
+            *value = blend(gathered, &self.records[range.clone()]);
         });
         self.copies.copy(&self.blended, irradiance);
     }
@@ -75,9 +78,8 @@ mod tests {
             }
             _ => None,
         });
-        let baked = BakedScene { border_blends: border_blends.collect(), ..BakedScene::default() };
         let mut irradiance: Vec<Vec3> = row.iter().map(|value| Vec3::splat(*value)).collect();
-        BlendBorders::new(&baked).blend_borders(&baked, &mut irradiance);
+        BlendBorders::new(border_blends.collect()).blend_borders(&mut irradiance);
         irradiance.iter().map(|value| value.x).collect()
     }
 

@@ -33,7 +33,7 @@ impl ReceiverIrradiance {
     pub fn new(baked: &BakedScene) -> Self {
         Self {
             values: vec![Vec3::ZERO; baked.receiver_texels.len()],
-            borders: BlendBorders::new(baked),
+            borders: BlendBorders::new(baked.border_blends()),
             copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..)),
             basis_end: PaddedEnd::new(
                 &baked.receiver_basis,
@@ -67,7 +67,7 @@ impl ReceiverIrradiance {
             let basis = end.words_from(&baked.receiver_basis, cluster.receiver_basis_offset);
             gather_cluster(basis, cluster.receiver_ranks, b, receivers);
         });
-        self.borders.blend_borders(baked, &mut self.values);
+        self.borders.blend_borders(&mut self.values);
         self.copies.copy(&self.values, &mut lightmap.texels);
     }
 }

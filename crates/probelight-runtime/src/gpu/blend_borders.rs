@@ -21,7 +21,7 @@ pub(super) struct BorderReceiver {
     pub(super) receiver: u32,
     /// Index of its texel.
     pub(super) texel: u32,
-    /// First of its records in [`BakedScene::border_blends`].
+    /// First of its records.
     pub(super) first_record: u32,
     /// Number of these.
     pub(super) record_count: u32,
@@ -42,9 +42,10 @@ impl BlendBorders {
         baked: &BakedScene,
         buffers: &FrameBuffers,
     ) -> Result<Self, GpuError> {
-        let border_receivers = border_receivers(baked);
+        let records = baked.border_blends();
+        let border_receivers = border_receivers(&records, &baked.receiver_texels);
         let receivers = storage.array("receivers beside borders", &border_receivers)?;
-        let records = storage.array("blends across borders", &baked.border_blends)?;
+        let records = storage.array("blends across borders", &records)?;
         let blended = storage.zeros("blended irradiance", RGB_BYTES * border_receivers.len() as u64)?;
         let blend = Kernel::new(storage.device, &BLEND_BORDERS, None);
         let inputs = [&receivers, &records, &buffers.irradiance, &blended];
@@ -79,17 +80,18 @@ impl BlendBorders {
     }
 }
 
-fn border_receivers(baked: &BakedScene) -> Vec<BorderReceiver> {
+/// Where the records of each receiver lie.
+fn border_receivers(records: &[BorderBlend], receiver_texels: &[u32]) -> Vec<BorderReceiver> {
     let mut first_record = 0;
     let place = |records: &[BorderBlend]| {
         let (receiver, record_count) = (records[0].receiver, records.len() as u32);
         first_record += record_count;
         BorderReceiver {
             receiver,
-            texel: baked.receiver_texels[receiver as usize],
+            texel: receiver_texels[receiver as usize],
             first_record: first_record - record_count,
             record_count,
         }
     };
-    baked.blends_by_receiver().map(place).collect()
+    BorderBlend::by_receiver(records).map(place).collect()
 }

@@ -73,7 +73,6 @@ pub(crate) fn single_probe(scene: Scene, sample: Option<LightSample>, gains: &[f
     };
     baked.receiver_texels = (0..gains.len() as u32).collect();
     baked.receiver_errors = vec![0; gains.len()];
-    baked.border_blends.clear();
     baked.surfels = sample.iter().map(|_| Surfel { first_sample: 0, sample_count: 1 }).collect();
     baked.light_samples = sample.into_iter().collect();
     baked.relight_surfels = vec![if sample.is_some() { 0 } else { NONE }; size.rays];

@@ -66,7 +66,7 @@ pub(crate) fn slow_frame(
 /// A receiver's own cluster counts twice, each of its records once.
 fn blend_borders(baked: &BakedScene, gathered: &[DVec3]) -> Vec<DVec3> {
     let mut sums: Vec<(DVec3, f64)> = gathered.iter().map(|own| (2.0 * own, 2.0)).collect();
-    for blend in &baked.border_blends {
+    for blend in baked.border_blends() {
         let [neighbor, beyond] = [blend.neighbor, blend.beyond].map(|i| gathered[i as usize]);
         let steepest = 0.25 * neighbor.abs();
         let (sum, weight) = &mut sums[blend.receiver as usize];
