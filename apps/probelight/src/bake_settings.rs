@@ -53,7 +53,8 @@ pub(crate) struct SettingFlags {
     /// Probes per cubic metre of open space [default: adapted to the scene, at least 0.02]
     #[arg(long, value_name = "D")]
     probe_density: Option<f32>,
-    /// Relight rays per probe: finer light at each frame's cost [default: 512]
+    /// Relight rays per probe: finer light at each frame's cost [default: 512; up to 2048 where there are few
+    /// probes]
     #[arg(long, value_name = "N")]
     relight_rays: Option<u32>,
     /// Highest spherical-harmonics band of the probes, 0 to 11 [default: 7]

@@ -145,11 +145,7 @@ impl BytesPerReceiver {
             receiver_basis: share(size_of_val(&baked.receiver_basis[..])),
             signal_basis: share(size_of_val(&baked.signal_basis[..]) + scales),
             signals: share(size_of_val(&baked.cluster_signals[..]) + size_of_val(&baked.cluster_probes[..])),
-            metadata: share(
-                size_of_val(&baked.clusters[..])
-                    + size_of_val(&baked.receiver_texels[..])
-                    + size_of_val(&baked.border_blends[..]),
-            ),
+            metadata: share(size_of_val(&baked.clusters[..]) + size_of_val(&baked.receiver_texels[..])),
             total: baked.matrix_bytes_per_receiver(),
         }
     }
@@ -196,26 +192,16 @@ fn bars<'a>(
 #[cfg(test)]
 mod tests {
     use probelight_asset::packed::Ranks;
-    use probelight_scene::Bounds;
 
     use super::*;
 
     fn cluster(receiver_count: u32, error: f32, rank: u32) -> Cluster {
         Cluster {
-            bounds: Bounds::of([]),
-            first_receiver: 0,
             receiver_count,
-            first_signal: 0,
-            signal_count: 0,
-            first_probe: 0,
-            probe_count: 0,
             receiver_ranks: Ranks { snorm8: rank, ..Ranks::default() },
             signal_ranks: Ranks { snorm4: rank, ..Ranks::default() },
-            receiver_basis_offset: 0,
-            signal_basis_offset: 0,
-            row_scale_offset: 0,
-            column_exponent_offset: 0,
             error,
+            ..Cluster::default()
         }
     }
 

@@ -43,7 +43,8 @@ pub struct BakeOptions {
     /// Gather rays per receiver. Default 256, with the paper's method 512; with the hybrid method two or four
     /// times as many where there are so few receivers that all rays together stay below 100 million.
     pub gather_rays: Option<u32>,
-    /// Relight rays per probe. Default 512 (\[SED\] §5.1).
+    /// Relight rays per probe. Default 512 (\[SED\] §5.1); with the hybrid method two or four times as many where
+    /// there are so few probes that all rays together stay below [`RELIGHT_RAY_BUDGET`].
     pub relight_rays: Option<u32>,
     /// Highest spherical-harmonics band, 0 to 11. Default 7 (\[SED\] Table 1).
     pub sh_degree: Option<u32>,
@@ -80,9 +81,13 @@ const TEXELS_PER_SURFEL: f32 = 2.5;
 /// Default near radius in surfel widths: farther away, probes see as finely as the surfels are.
 const SURFELS_PER_NEAR_RADIUS: f32 = 8.0;
 
-/// How often the rays of a receiver are doubled where there are few receivers. Their noise halves with each two
-/// doublings, while the texels' size remains.
+/// How often the rays of a receiver or probe are doubled where there are few of them. A receiver's noise halves
+/// with each two doublings, while the texels' size remains.
 const DOUBLINGS_OF_RAYS: u32 = 2;
+
+/// Relight rays of all probes together that doubling the default does not exceed: less than what the probes of a
+/// large scene have anyway, so it costs no frame time that matters.
+pub const RELIGHT_RAY_BUDGET: u64 = 1 << 18;
 
 /// Defaults that depend on the method.
 struct MethodDefaults {
@@ -139,7 +144,9 @@ pub(crate) struct Resolved {
     /// Probe spacing everywhere, if the user fixed the density.
     pub(crate) uniform_spacing: bool,
     /// Gather rays of all receivers together that the default may grow to; none if the user fixed the rays.
-    pub(crate) ray_budget: Option<u64>,
+    pub(crate) gather_ray_budget: Option<u64>,
+    /// The same for the relight rays of all probes.
+    pub(crate) relight_ray_budget: Option<u64>,
 }
 
 impl Resolved {
@@ -165,17 +172,27 @@ impl Resolved {
 
     /// Takes note of the number of receivers: where they are few, each can have more rays.
     pub(crate) fn set_receiver_count(&mut self, receivers: usize) {
-        let Some(budget) = self.ray_budget else { return };
-        for _ in 0..DOUBLINGS_OF_RAYS {
-            if 2 * u64::from(self.settings.gather_rays) * receivers as u64 <= budget {
-                self.settings.gather_rays *= 2;
-            }
-        }
+        double_within(&mut self.settings.gather_rays, receivers, self.gather_ray_budget);
+    }
+
+    /// Takes note of the number of probes: where they are few, each can have more rays.
+    pub(crate) fn set_probe_count(&mut self, probes: usize) {
+        double_within(&mut self.settings.relight_rays, probes, self.relight_ray_budget);
     }
 
     /// Smallest distance between neighbouring probes, metres.
     pub(crate) fn smallest_spacing(&self) -> f32 {
         self.settings.probe_spacing * if self.uniform_spacing { 1.0 } else { SMALLEST_SPACING }
+    }
+}
+
+/// Doubles the rays of each, a few times at most, while those of all stay within a budget.
+fn double_within(rays: &mut u32, count: usize, budget: Option<u64>) {
+    let Some(budget) = budget else { return };
+    for _ in 0..DOUBLINGS_OF_RAYS {
+        if 2 * u64::from(*rays) * count as u64 <= budget {
+            *rays *= 2;
+        }
     }
 }
 
@@ -259,10 +276,13 @@ impl BakeOptions {
             (None, Some(_)) => (Some(receivers), false),
             (None, None) => (Some(preset.max_receivers), true),
         };
-        let may_grow = method == Method::Hybrid && self.gather_rays.is_none();
-        let ray_budget = u64::from(preset.max_receivers) * u64::from(preset.gather_rays);
+        let if_default = |option: Option<u32>, budget: u64| {
+            (method == Method::Hybrid && option.is_none()).then_some(budget)
+        };
+        let gather_ray_budget = u64::from(preset.max_receivers) * u64::from(preset.gather_rays);
         Ok(Resolved {
-            ray_budget: may_grow.then_some(ray_budget),
+            gather_ray_budget: if_default(self.gather_rays, gather_ray_budget),
+            relight_ray_budget: if_default(self.relight_rays, RELIGHT_RAY_BUDGET),
             settings,
             receiver_target,
             target_is_limit,
@@ -295,4 +315,25 @@ fn typical_free_distance(tracer: &Tracer) -> f32 {
 fn fallback_distance(scene: &Scene) -> f32 {
     let size: Vec3 = scene.bounds().size();
     size.length() / 3.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn doubled(count: usize, budget: Option<u64>) -> u32 {
+        let mut rays = 512;
+        double_within(&mut rays, count, budget);
+        rays
+    }
+
+    #[test]
+    fn few_get_more_rays_and_many_do_not() {
+        let budget = Some(512 * 1024);
+        assert_eq!(
+            [1, 256, 257, 512, 513, 1 << 20].map(|n| doubled(n, budget)),
+            [2048, 2048, 1024, 1024, 512, 512]
+        );
+        assert_eq!(doubled(1, None), 512, "what the user asked for stays");
+    }
 }
