@@ -253,7 +253,10 @@ fn the_help_of_bake_states_the_defaults() {
         assert_eq!(stated, settings[field].to_string(), "{flag}");
     }
     // So few probes have as many relight rays as the default may grow to.
-    assert!(help.contains(&format!("up to {} where there are few probes", settings["relight_rays"])), "{help}");
+    assert!(
+        help.contains(&format!("up to {} where there are few probes", settings["relight_rays"])),
+        "{help}"
+    );
 }
 
 #[test]

@@ -85,6 +85,7 @@ pub fn bake(
         light: &light,
         compressor: Compressor {
             settings: &resolved.settings,
+            must_meet_error: resolved.must_meet_error,
             receivers: &receivers.receivers,
             split_rule,
             lightmap_width: atlas.width,
@@ -118,7 +119,8 @@ fn fingerprint(
     receivers: usize,
     probes: &[probelight_math::glam::Vec3],
 ) -> u64 {
-    let text = format!("{} {:?} {receivers}", env!("CARGO_PKG_VERSION"), resolved.settings);
+    let Resolved { settings, must_meet_error, .. } = resolved;
+    let text = format!("{} {settings:?} {must_meet_error} {receivers}", env!("CARGO_PKG_VERSION"));
     let settings = xxh3_64_with_seed(text.as_bytes(), scene_hash);
     xxh3_64_with_seed(bytemuck::cast_slice(probes), settings)
 }

@@ -50,13 +50,15 @@ struct Block {
 /// What compression needs to know of its surroundings.
 pub(crate) struct Compressor<'a> {
     pub(crate) settings: &'a BakeSettings,
+    /// Whether every cluster is to keep the wanted error, at any number of bytes.
+    pub(crate) must_meet_error: bool,
     pub(crate) receivers: &'a [Receiver],
     pub(crate) split_rule: KdRule,
     pub(crate) lightmap_width: u32,
 }
 
-/// Clusters are not split below this many receivers per kept singular value: U and ΣVᵀ would together
-/// outgrow the matrix they stand for.
+/// Clusters are not split below this many receivers per kept singular value, unless the error must be met: U and ΣVᵀ
+/// would together outgrow the matrix they stand for.
 const FEWEST_RECEIVERS_PER_RANK: usize = 8;
 
 impl Compressor<'_> {
@@ -72,8 +74,7 @@ impl Compressor<'_> {
             let halves = halves
                 .map(|half| Mat::from_fn(block.rows.len(), matrix.columns, |r, c| half[(block.rows[r], c)]));
             let cluster = self.decompose(&block, &halves, matrix);
-            let can_split =
-                block.rows.len() >= 2 * FEWEST_RECEIVERS_PER_RANK * self.settings.max_rank as usize;
+            let can_split = block.rows.len() >= self.fewest_to_split();
             if cluster.factors.error > self.settings.max_cluster_error && can_split {
                 let (lower, upper) = self.split(block);
                 pending.push(upper);
@@ -83,6 +84,12 @@ impl Compressor<'_> {
             }
         }
         clusters
+    }
+
+    fn fewest_to_split(&self) -> usize {
+        let max_rank = self.settings.max_rank as usize;
+        // Truncation loses nothing of as many rows as there may be singular values.
+        if self.must_meet_error { max_rank + 1 } else { 2 * FEWEST_RECEIVERS_PER_RANK * max_rank }
     }
 
     fn split(&self, block: Block) -> (Block, Block) {
@@ -129,6 +136,7 @@ impl Compressor<'_> {
         let aim = Aim {
             is_packed: self.settings.storage == Storage::Packed,
             error: f64::from(self.settings.max_cluster_error),
+            must_be_met: self.must_meet_error,
             byte_price: byte_price(self.receivers.len()),
         };
         CompressedCluster {
@@ -176,7 +184,12 @@ impl Components {
         } else {
             (vec![0.0; a.nrows()], None)
         };
-        let tails = noise_free.unwrap_or_else(|| tails_of(total, energies.iter().copied()));
+        let mut tails = tails_of(total, energies.iter().copied());
+        // Components of one half of the rays never find all light of the other. What all rays lose, noise
+        // included, is a limit to that.
+        for (tail, noise_free) in tails.iter_mut().zip(noise_free.iter().flatten()) {
+            *tail = tail.min(*noise_free);
+        }
         // The mean of both halves has half of their noise.
         let row = |(r, noise): (usize, &f64)| RowEnergy { all: gram[(r, r)], noise: 0.5 * noise };
         let rows = noise.iter().enumerate().map(row).collect();
@@ -319,6 +332,7 @@ mod tests {
         let receivers = line_of_receivers(count as u32);
         let compressor = Compressor {
             settings,
+            must_meet_error: false,
             receivers: &receivers,
             split_rule: KdRule { meters_per_normal: 1.0, by_outlook: true },
             lightmap_width: 16,

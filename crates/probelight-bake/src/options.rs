@@ -48,11 +48,12 @@ pub struct BakeOptions {
     pub relight_rays: Option<u32>,
     /// Highest spherical-harmonics band, 0 to 11. Default 7 (\[SED\] Table 1).
     pub sh_degree: Option<u32>,
-    /// Most singular values per cluster. Default 32 (\[SED\] §3.3).
+    /// Most singular values per cluster, 1 to 256. Default 32 (\[SED\] §3.3); as many as it takes if
+    /// `max_cluster_error` is given.
     pub max_rank: Option<u32>,
-    /// Relative error of a cluster's truncated matrix: singular values are kept until it is reached, and
-    /// clusters large enough for two are split. Default 0.02: what is lost then is mostly the noise of the
-    /// gather rays.
+    /// Relative error of a cluster's stored matrix. If it is given, every cluster keeps it, at any number of
+    /// bytes, unless `max_rank` is given too. Default 0.02, as far as the rank and reasonable bytes allow: what is
+    /// lost then is mostly the noise of the gather rays.
     pub max_cluster_error: Option<f32>,
     /// Most probes a cluster draws on; up to twice as many where more than a few of its rays end at places that
     /// none of them sees. Default 6, with the paper's method 10.
@@ -88,6 +89,9 @@ const DOUBLINGS_OF_RAYS: u32 = 2;
 /// Relight rays of all probes together that doubling the default does not exceed: less than what the probes of a
 /// large scene have anyway, so it costs no frame time that matters.
 pub const RELIGHT_RAY_BUDGET: u64 = 1 << 18;
+
+/// Singular values that a cluster may have at most.
+const HIGHEST_RANK: u32 = 256;
 
 /// Defaults that depend on the method.
 struct MethodDefaults {
@@ -143,6 +147,8 @@ pub(crate) struct Resolved {
     pub(crate) target_is_limit: bool,
     /// Probe spacing everywhere, if the user fixed the density.
     pub(crate) uniform_spacing: bool,
+    /// Whether every cluster is to keep the wanted error, at any number of bytes.
+    pub(crate) must_meet_error: bool,
     /// Gather rays of all receivers together that the default may grow to; none if the user fixed the rays.
     pub(crate) gather_ray_budget: Option<u64>,
     /// The same for the relight rays of all probes.
@@ -223,6 +229,7 @@ impl BakeOptions {
         let spacing = probe_density.unwrap_or(SPARSEST_PROBE_DENSITY).powf(-1.0 / 3.0);
         let surfel_size = positive("the surfel size", self.surfel_size)?;
         let method = self.method.unwrap_or_default();
+        let must_meet_error = max_error.is_some() && self.max_rank.is_none();
         let defaults = MethodDefaults::of(method);
         let settings = BakeSettings {
             method,
@@ -267,7 +274,13 @@ impl BakeOptions {
                 "16 to 4096",
             )?,
             blend_borders: self.blend_borders.unwrap_or(method == Method::Hybrid),
-            max_rank: within("the rank", self.max_rank, preset.max_rank, 1..=256, "1 to 256")?,
+            max_rank: within(
+                "the rank",
+                self.max_rank,
+                if must_meet_error { HIGHEST_RANK } else { preset.max_rank },
+                1..=HIGHEST_RANK,
+                "1 to 256",
+            )?,
             max_cluster_error: max_error.unwrap_or(preset.max_cluster_error),
             seed: self.seed.unwrap_or(0),
         };
@@ -286,6 +299,7 @@ impl BakeOptions {
             settings,
             receiver_target,
             target_is_limit,
+            must_meet_error,
             uniform_spacing: probe_density.is_some(),
             surfel_size_is_fixed: surfel_size.is_some(),
         })

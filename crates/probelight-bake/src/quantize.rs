@@ -64,6 +64,8 @@ pub(crate) struct Aim {
     pub(crate) is_packed: bool,
     /// Wanted relative error.
     pub(crate) error: f64,
+    /// Whether more bits than eight are allowed where these miss it.
+    pub(crate) must_be_met: bool,
     /// What a byte per receiver must save at least where that is out of reach: a share of the wanted error's energy.
     pub(crate) byte_price: f64,
 }
@@ -247,10 +249,15 @@ impl RoundingNoise {
 fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, aim: Aim) -> (Ranks, Ranks) {
     let most = factors.energies.len();
     let accepted = aim.error * aim.error * factors.total;
-    if !aim.is_packed {
-        let rank = (0..=most).find(|rank| factors.tails[*rank] <= accepted).unwrap_or(most);
+    let in_half_floats = || {
+        let of_component = |k| noise.of_u(k, Precision::F16) + noise.of_w(k, Precision::F16);
+        let energy = |rank: usize| factors.tails[rank] + (0..rank).map(of_component).sum::<f64>();
+        let rank = (0..=most).find(|rank| energy(*rank) <= accepted).unwrap_or(most);
         let ranks = Ranks { f16: rank as u32, ..Ranks::default() };
-        return (ranks, ranks);
+        (ranks, ranks)
+    };
+    if !aim.is_packed {
+        return in_half_floats();
     }
     // What a singular value costs in four bits: a value for each receiver or column.
     let byte_price = aim.byte_price * accepted;
@@ -273,6 +280,9 @@ fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, aim: Aim) -> (Rank
                 }
             }
         }
+    }
+    if lowest_cost.0 && aim.must_be_met {
+        return in_half_floats();
     }
     let ranks = |fine: usize| Ranks { f16: 0, snorm8: fine as u32, snorm4: (best.0 - fine) as u32 };
     (ranks(best.1), ranks(best.2))
@@ -361,7 +371,8 @@ pub(crate) mod tests {
                 rows: &self.rows(),
             };
             let metric = SignalMetric::independent(self.moments.iter().map(|m| m.sqrt()).collect());
-            quantize(&factors, &metric, Aim { is_packed, error: target, byte_price: HIGHEST_BYTE_PRICE })
+            let aim = Aim { is_packed, error: target, must_be_met: false, byte_price: HIGHEST_BYTE_PRICE };
+            quantize(&factors, &metric, aim)
         }
 
         /// Relative error of packed factors in the metric, compared value by value.
