@@ -11,8 +11,9 @@ pub(crate) struct SettingFlags {
     /// How much time and space the bake may take; flags given besides win over what this sets
     #[arg(long, value_enum, default_value_t)]
     quality: QualityFlag,
-    /// Wanted relative error of the compressed light transport against the uncompressed, as a share: 0.03 is
-    /// 3 %. Smaller means a larger file. `info` shows what was reached [default: by --quality]
+    /// Relative error of the compressed light transport against the uncompressed that every cluster of
+    /// receivers keeps, at any size of the file, as a share: 0.03 is 3 % [default: by --quality, as far as
+    /// --max-rank and reasonable bytes allow]
     #[arg(long, value_name = "X")]
     error: Option<f32>,
     /// Wanted number of receivers: lightmap texels with light of their own
@@ -26,7 +27,8 @@ pub(crate) struct SettingFlags {
     /// times that where receivers are few; with --method paper twice that]
     #[arg(long, value_name = "N")]
     rays: Option<u32>,
-    /// Most singular values kept per cluster: larger file, less error [default: by --quality]
+    /// Most singular values kept per cluster, 1 to 256; limits what --error may take [default: by --quality;
+    /// as many as --error takes if that is given]
     #[arg(long, value_name = "K")]
     max_rank: Option<u32>,
     /// What the receivers take their light from

@@ -71,7 +71,7 @@ pub(crate) struct Aim {
 }
 
 /// [`Aim::byte_price`] of a scene with many receivers.
-const HIGHEST_BYTE_PRICE: f64 = 0.36;
+const HIGHEST_BYTE_PRICE: f64 = 0.44;
 
 /// [`Aim::byte_price`] of a scene: bytes matter by how many there will be.
 pub(crate) fn byte_price(receivers: usize) -> f64 {

@@ -129,6 +129,20 @@ fn compressed_signals_keep_constant_radiance_about_as_well_as_asked() {
     assert!(root_mean_square(&errors) > baked.settings.max_cluster_error, "{}", root_mean_square(&errors));
 }
 
+#[test]
+fn an_error_that_is_asked_for_is_kept_by_every_cluster() {
+    let largest_error = |wanted, max_rank| {
+        let options = BakeOptions { max_cluster_error: Some(wanted), max_rank, ..quick(Method::Hybrid) };
+        bake(load("cornell_empty.glb"), &options, None, &Silent).unwrap().report.max_cluster_error
+    };
+    for wanted in [0.1, 0.01, 0.002] {
+        let error = largest_error(wanted, None);
+        assert!(error <= f64::from(wanted) && error > 0.5 * f64::from(wanted), "{error} of {wanted}");
+    }
+    // Negative control: so few singular values do not suffice.
+    assert!(largest_error(0.01, Some(4)) > 0.01);
+}
+
 /// The largest irradiance on the floors of the sunlit room A and of the sealed room C of `rooms.glb`.
 fn brightest_of_rooms(baked: BakedScene, lamp: Vec3) -> [f32; 2] {
     let mut runtime = Runtime::new(Arc::new(baked)).unwrap();

@@ -20,7 +20,7 @@ Examples:
   probelight bake room.glb -o room.plight
   probelight bake room.glb -o room.plight --quality preview       a quick try
   probelight bake hall.glb -o hall.plight --quality high          slow and fine
-  probelight bake hall.glb -o hall.plight --error 0.05            a smaller file
+  probelight bake hall.glb -o hall.plight --error 0.01            closer to the uncompressed light
   probelight bake hall.glb -o hall.plight --surfel-size 0.2       sharper light near small sun patches
   probelight bake hall.glb -o hall.plight --method paper          the published method, to compare with
   probelight bake hall.glb -o hall.plight --resume                go on after Ctrl-C
