@@ -43,6 +43,8 @@ pub struct BakedScene {
     /// The surfel that each relight ray meets, or [`NONE`] for the sky:
     /// `probes.len() × relight_directions.len()`, a probe's rays in a row.
     pub relight_surfels: Vec<u32>,
+    /// How much the light of each relight ray counts, in parts of [`GAIN_STEPS`].
+    pub relight_gains: Vec<u8>,
     /// Groups of receivers that share one compressed transport matrix.
     pub clusters: Vec<Cluster>,
     /// The clusters' scalar signals, see [`BakedScene::scalar_signals`] and [`Cluster::first_signal`].
@@ -343,6 +345,9 @@ impl Cluster {
 
 /// What [`BakedScene::receiver_errors`] has for the wanted error.
 pub const ERROR_STEPS: f32 = 64.0;
+
+/// The gain of a relight ray whose light counts as it is, see [`BakedScene::relight_gains`].
+pub const GAIN_STEPS: u8 = 128;
 
 impl BakedScene {
     /// Number of scalar signals. In order: the radiance of each surfel, of each surfel group, of each emitter,

@@ -12,7 +12,7 @@ compile_error!("baked files are little-endian arrays that are read without conve
 const MAGIC: [u8; 8] = *b"\x89PLIGHT\n";
 
 /// Version of the format that this crate writes and reads.
-pub(crate) const FORMAT_VERSION: u32 = 5;
+pub(crate) const FORMAT_VERSION: u32 = 6;
 
 /// Sections start at multiples of this, so that a mapped file's arrays are aligned for vector registers and
 /// cache lines.
@@ -74,6 +74,8 @@ pub(crate) mod tag {
         RELIGHT_DIRECTIONS = b"raydirec";
         /// `u32` a relight ray of a probe.
         RELIGHT_SURFELS = b"raysurfe";
+        /// `u8` a relight ray of a probe.
+        RELIGHT_GAINS = b"raygains";
         /// 112 bytes a cluster.
         CLUSTERS = b"clusters";
         /// `u32` a scalar signal of a cluster.

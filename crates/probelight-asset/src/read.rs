@@ -62,6 +62,7 @@ impl BakedScene {
             probes: sections.array(tag::PROBES)?,
             relight_directions: sections.array(tag::RELIGHT_DIRECTIONS)?,
             relight_surfels: sections.array(tag::RELIGHT_SURFELS)?,
+            relight_gains: sections.array(tag::RELIGHT_GAINS)?,
             clusters: sections.array::<ClusterRecord>(tag::CLUSTERS)?.iter().map(Cluster::from).collect(),
             cluster_signals: sections.array(tag::CLUSTER_SIGNALS)?,
             cluster_probes: sections.array(tag::CLUSTER_PROBES)?,

@@ -69,6 +69,7 @@ impl BakedScene {
             (tag::PROBES, cast_slice(&self.probes).into()),
             (tag::RELIGHT_DIRECTIONS, cast_slice(&self.relight_directions).into()),
             (tag::RELIGHT_SURFELS, cast_slice(&self.relight_surfels).into()),
+            (tag::RELIGHT_GAINS, self.relight_gains[..].into()),
             (tag::CLUSTERS, cast_slice::<_, u8>(&clusters).to_vec().into()),
             (tag::CLUSTER_SIGNALS, cast_slice(&self.cluster_signals).into()),
             (tag::CLUSTER_PROBES, cast_slice(&self.cluster_probes).into()),

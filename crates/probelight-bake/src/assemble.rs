@@ -45,6 +45,7 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
         emitters: parts.light.emitters.signals,
         relight_directions: parts.directions,
         relight_surfels: parts.light.relight_surfels,
+        relight_gains: parts.light.balance.gains,
         scene: parts.scene,
         ..BakedScene::default()
     };
@@ -99,19 +100,20 @@ fn keep_used_probes(baked: &mut BakedScene, groups: &[FinishedGroup]) -> Vec<u32
         is_used[*probe as usize] = true;
     }
     let rays = baked.relight_directions.len();
-    let mut ray = 0;
-    baked.relight_surfels.retain(|_| {
-        ray += 1;
-        is_used[(ray - 1) / rays]
-    });
-    let mut probe = is_used.iter();
-    baked.probes.retain(|_| probe.next().is_some_and(|used| *used));
+    let is_used_ray = || is_used.iter().flat_map(|used| std::iter::repeat_n(*used, rays));
+    retain(&mut baked.relight_surfels, is_used_ray());
+    retain(&mut baked.relight_gains, is_used_ray());
+    retain(&mut baked.probes, is_used.iter().copied());
     let mut kept = 0;
     let number = |used: &bool| {
         kept += u32::from(*used);
         kept.saturating_sub(1)
     };
     is_used.iter().map(number).collect()
+}
+
+fn retain<T>(values: &mut Vec<T>, mut stays: impl Iterator<Item = bool>) {
+    values.retain(|_| stays.next().is_some_and(|stays| stays));
 }
 
 /// Leaves out the surfels of relight rays whose probe is left out; each has one light sample.

@@ -77,6 +77,7 @@ impl GroupWorker<'_> {
             scalars,
             support_radius: SUPPORT_MARGIN * self.farthest_distance(group, &probes),
             probes: probes.iter().map(|p| self.probes.positions[*p as usize]).collect(),
+            coverage: self.coverage_of(&probes),
         };
         let mut transport = Transport::default();
         for (receiver, view) in group.iter().zip(&views) {
@@ -177,6 +178,12 @@ impl GroupWorker<'_> {
         }
         let most = self.compressor.settings.probes_per_cluster as usize;
         choose_probes(self.tracer, self.probes, self.receivers, group, &sample, most)
+    }
+
+    fn coverage_of(&self, probes: &[u32]) -> Vec<f32> {
+        let coverage = &self.light.balance.coverage;
+        let of_probe = |p: &u32| coverage.chunks_exact(self.basis.len()).nth(*p as usize);
+        probes.iter().filter_map(of_probe).flatten().copied().collect()
     }
 
     fn farthest_distance(&self, group: &[u32], probes: &[u32]) -> f32 {

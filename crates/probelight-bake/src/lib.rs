@@ -25,6 +25,7 @@ mod air_spaces;
 mod assemble;
 mod atlas;
 mod bake;
+mod blur_balance;
 mod checkpoint;
 mod compress;
 mod cut;

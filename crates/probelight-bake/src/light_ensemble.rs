@@ -6,7 +6,7 @@
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
-use probelight_asset::{LightSample, NONE};
+use probelight_asset::{GAIN_STEPS, LightSample, NONE};
 use probelight_math::color::{linear_from_srgb8, luminance};
 use probelight_math::directions::weighted_basis;
 use probelight_math::glam::Vec3;
@@ -86,6 +86,7 @@ pub(crate) struct EnsembleInput<'a> {
     pub(crate) directions: &'a [Vec3],
     /// Per relight ray: the surfel it meets, or [`NONE`] for the sky.
     pub(crate) relight_surfels: &'a [u32],
+    pub(crate) relight_gains: &'a [u8],
     pub(crate) sh_degree: usize,
     /// Band limit of the sky's own signals; without them the probes see the sky and the emitters.
     pub(crate) sky_degree: Option<usize>,
@@ -174,9 +175,11 @@ impl LightEnsemble {
         let per_probe: Vec<Vec<f32>> = input
             .relight_surfels
             .par_chunks(rays.max(1))
-            .map(|surfels| {
+            .zip(input.relight_gains.par_chunks(rays.max(1)))
+            .map(|(surfels, gains)| {
                 let mut sums = vec![0.0; coefficients * count];
-                for (ray, surfel) in surfels.iter().enumerate() {
+                for (ray, (surfel, gain)) in surfels.iter().zip(gains).enumerate() {
+                    let gain = f32::from(*gain) / f32::from(GAIN_STEPS);
                     let radiance = match (*surfel, sky) {
                         (NONE, None) => continue,
                         (NONE, Some(sky)) => &sky[ray * count..][..count],
@@ -184,7 +187,7 @@ impl LightEnsemble {
                     };
                     for (sums, y) in sums.chunks_mut(count).zip(&table[ray * coefficients..][..coefficients])
                     {
-                        add_scaled(sums, *y, radiance);
+                        add_scaled(sums, *y * gain, radiance);
                     }
                 }
                 sums

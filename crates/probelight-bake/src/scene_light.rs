@@ -6,6 +6,7 @@ use probelight_trace::{Hit, Progress, Tracer};
 
 use crate::BakeError;
 use crate::atlas::Atlas;
+use crate::blur_balance::BlurBalance;
 use crate::emitters::Emitters;
 use crate::light_ensemble::{EnsembleInput, LightEnsemble};
 use crate::receivers::Receivers;
@@ -26,6 +27,8 @@ pub(crate) struct SceneLight {
     pub(crate) surfels: SurfelTree,
     /// Per relight ray: the surfel it meets, or [`NONE`] for the sky.
     pub(crate) relight_surfels: Vec<u32>,
+    /// What keeps light that probes blur from being lost; nothing does in the paper's method.
+    pub(crate) balance: BlurBalance,
     /// Emissive surfaces with signals of their own; none in the paper's method.
     pub(crate) emitters: Emitters,
     /// The signals under random lightings, where the method or the metric needs them.
@@ -52,6 +55,11 @@ impl SceneLight {
             light.emitters = Emitters::find(tracer.scene(), settings.surfel_size);
             let surfel = |hit: &Option<Hit>| hit.map_or(NONE, |hit| light.surfels.surfel_of_hit(atlas, &hit));
             light.relight_surfels = relight_hits.iter().map(surfel).collect();
+            light.balance = if is_hybrid {
+                BlurBalance::of(&light.relight_surfels, directions, settings.sh_degree as usize)
+            } else {
+                BlurBalance::none(relight_hits.len())
+            };
             progress.advance(1);
             let input = EnsembleInput {
                 tracer,
@@ -61,6 +69,7 @@ impl SceneLight {
                 probes: parts.probes,
                 directions,
                 relight_surfels: &light.relight_surfels,
+                relight_gains: &light.balance.gains,
                 sh_degree: settings.sh_degree as usize,
                 sky_degree: settings.sky_degree.map(|degree| degree as usize),
                 seed: settings.seed,
@@ -75,6 +84,7 @@ impl SceneLight {
                 directions,
                 relight_hits,
             );
+            light.balance = BlurBalance::none(relight_hits.len());
             light.emitters = Emitters::default();
         }
         Ok(light)

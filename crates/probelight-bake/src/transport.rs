@@ -12,6 +12,7 @@ use probelight_math::glam::Vec3;
 use probelight_math::sh::{Basis, LANES};
 use probelight_trace::{Ray, Tracer};
 
+use crate::blur_balance::limited;
 use crate::emitters::{EmitterSampling, Emitters};
 use crate::gather::{GatherHit, GatherRay};
 use crate::patch_choice::PatchChoice;
@@ -106,6 +107,8 @@ pub(crate) struct TransportBuilder<'a> {
     pub(crate) probes: Vec<Vec3>,
     /// Distance at which a probe's weight reaches zero (\[SL\]'s support radius), metres.
     pub(crate) support_radius: f32,
+    /// [`BlurBalance::coverage`](crate::blur_balance::BlurBalance) of these probes; none in the paper's method.
+    pub(crate) coverage: Vec<f32>,
 }
 
 /// \[SL\]'s kernel: 1 at the probe, 0 at and beyond the support radius, smooth at both ends.
@@ -165,7 +168,7 @@ impl TransportBuilder<'_> {
         let weight = PI / rays.len() as f32;
         let mut far = Vec::new();
         let mut row = vec![0.0; scalars.first_sky_column()];
-        let mut sky = RowAccumulator::new(scalars.sky, 1);
+        let mut sky = RowAccumulator::new(scalars.sky, 1, &[]);
         for (ray, surfel) in rays.iter().zip(surfels) {
             let Some(hit) = ray.hit else {
                 sky.add(0, ray.direction, weight);
@@ -197,7 +200,7 @@ impl TransportBuilder<'_> {
         half: usize,
         transport: &mut Transport,
     ) {
-        let mut accumulator = RowAccumulator::new(self.basis, self.probes.len());
+        let mut accumulator = RowAccumulator::new(self.basis, self.probes.len(), &self.coverage);
         let kernels: Vec<f32> = self
             .probes
             .iter()
@@ -309,6 +312,8 @@ struct RowAccumulator<'a> {
     sums: Vec<f32>,
     pending: Vec<PendingDirections>,
     values: Vec<[f32; LANES]>,
+    /// Probe-major coefficients of what each value is divided by; none for one.
+    coverage: &'a [f32],
 }
 
 #[derive(Clone, Copy, Default)]
@@ -321,12 +326,13 @@ struct PendingDirections {
 }
 
 impl<'a> RowAccumulator<'a> {
-    fn new(basis: &'a Basis, probes: usize) -> Self {
+    fn new(basis: &'a Basis, probes: usize, coverage: &'a [f32]) -> Self {
         Self {
             basis,
             sums: vec![0.0; probes * basis.len()],
             pending: vec![PendingDirections::default(); probes],
             values: vec![[0.0; LANES]; basis.len()],
+            coverage,
         }
     }
 
@@ -342,13 +348,25 @@ impl<'a> RowAccumulator<'a> {
     }
 
     fn flush(&mut self, probe: usize) {
-        let pending = std::mem::take(&mut self.pending[probe]);
+        let mut pending = std::mem::take(&mut self.pending[probe]);
         self.basis.evaluate_lanes(pending.x, pending.y, pending.z, &mut self.values);
+        self.balance(probe, &mut pending.weight);
         let sums = &mut self.sums[probe * self.basis.len()..][..self.basis.len()];
         for (sum, values) in sums.iter_mut().zip(&self.values) {
             let products: [f32; LANES] = std::array::from_fn(|lane| values[lane] * pending.weight[lane]);
             *sum += products.iter().sum::<f32>();
         }
+    }
+
+    /// Raises the weights where part of the blur around their directions is on no surface.
+    fn balance(&self, probe: usize, weights: &mut [f32; LANES]) {
+        let first = probe * self.basis.len();
+        let Some(coverage) = self.coverage.get(first..first + self.basis.len()) else { return };
+        let mut sums = [0.0; LANES];
+        for (coverage, values) in coverage.iter().zip(&self.values) {
+            sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += coverage * value);
+        }
+        weights.iter_mut().zip(sums).for_each(|(weight, sum)| *weight /= limited(sum));
     }
 
     /// Appends the row in band-major column order.

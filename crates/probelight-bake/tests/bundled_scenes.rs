@@ -92,6 +92,7 @@ fn assert_same(a: &BakedScene, b: &BakedScene) {
     assert!(a.light_samples == b.light_samples && a.surfels == b.surfels);
     assert!(a.surfel_groups == b.surfel_groups && a.emitters == b.emitters);
     assert!(a.relight_surfels == b.relight_surfels);
+    assert!(a.relight_gains == b.relight_gains);
     assert_eq!(a.clusters, b.clusters);
     assert!(a.cluster_signals == b.cluster_signals && a.cluster_probes == b.cluster_probes);
     assert!(a.receiver_basis == b.receiver_basis && a.signal_basis == b.signal_basis);

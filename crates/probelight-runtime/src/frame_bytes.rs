@@ -21,7 +21,8 @@ pub fn frame_bytes(baked: &BakedScene) -> usize {
     let light = baked.light_samples.len() * (size_of::<Vec3>() + size_of::<u32>())
         + baked.surfels.len() * (size_of::<Surfel>() + size_of::<Vec3>())
         + size_of_val(&baked.surfel_groups[..])
-        + size_of_val(&baked.relight_surfels[..]);
+        + size_of_val(&baked.relight_surfels[..])
+        + size_of_val(&baked.relight_gains[..]);
     matrices + lightmap + light
 }
 
@@ -42,7 +43,8 @@ pub fn stage_bytes(baked: &BakedScene, lights_move: bool) -> [u64; 5] {
     let shading =
         baked.light_samples.len() * (size_of::<LightSample>() + 4 * rgb) + rgb * baked.surfels.len();
     let light = light + if lights_move { shading } else { 0 };
-    let relight = size_of_val(&baked.relight_surfels[..]) + rgb * baked.surfels.len() + probes;
+    let relight_rays = size_of_val(&baked.relight_surfels[..]) + size_of_val(&baked.relight_gains[..]);
+    let relight = relight_rays + rgb * baked.surfels.len() + probes;
     let project = size_of_val(&baked.signal_basis[..])
         + size_of_val(&baked.row_scales[..])
         + size_of_val(&baked.column_exponents[..])

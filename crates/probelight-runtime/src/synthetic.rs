@@ -181,6 +181,7 @@ pub fn synthetic_room(size: SyntheticSize) -> BakedScene {
         _ => Neighbours::new(size, ray, rays, size.surfels).pick(rng),
     };
     baked.relight_surfels = (0..rays).map(surfel).collect();
+    baked.relight_gains = (0..rays).map(|_| 100 + below(rng, 50) as u8).collect();
     for index in 0..size.clusters {
         push_random_cluster(&mut baked, rng, size, index);
     }

@@ -91,7 +91,7 @@ fn other_files_are_called_foreign() {
 
 #[test]
 fn other_versions_are_named() {
-    for version in [0u32, 4, 6, u32::MAX] {
+    for version in [0u32, 5, 7, u32::MAX] {
         let mut bytes = encoded(&baked_scene());
         bytes[8..12].copy_from_slice(&version.to_le_bytes());
         reseal_front(&mut bytes);
@@ -156,6 +156,7 @@ fn arrays_of_odd_length_are_refused() {
         // An array of bytes has no odd length, but a wrong one.
         let words = match *tag {
             tag::COLUMN_EXPONENTS => "the clusters need",
+            tag::RELIGHT_GAINS => "gains of",
             tag::RECEIVER_ERRORS => "receivers' errors for",
             _ => "is damaged",
         };

@@ -70,6 +70,7 @@ fn probes_are_checked() {
     refused("direction 2", |b| b.relight_directions[2] *= 1.1);
     refused("direction 0", |b| b.relight_directions[0] = Vec3::NAN);
     refused("5 relight rays", |b| b.relight_surfels.truncate(5));
+    refused("5 gains of 6 relight rays", |b| b.relight_gains.truncate(5));
     refused("relight ray 3 meets surfel 3", |b| b.relight_surfels[3] = 3);
 }
 

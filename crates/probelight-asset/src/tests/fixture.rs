@@ -33,6 +33,7 @@ pub(super) fn baked_scene() -> BakedScene {
         ],
         relight_directions: vec![Vec3::Y, Vec3::NEG_Y, Vec3::new(0.6, 0.0, -0.8)],
         relight_surfels: vec![NONE, 0, 2, 1, NONE, 1],
+        relight_gains: vec![128, 255, 0, 64, 128, 130],
         clusters: clusters(),
         cluster_signals: vec![3, 9, 0],
         cluster_probes: vec![1, 0, 1],

@@ -147,6 +147,7 @@ proptest! {
         baked.report.max_cluster_error = report[3];
         baked.scene.materials[0].roughness = values[0] / 3.0;
         baked.relight_surfels = [NONE, 0, 2].repeat(probes.len());
+        baked.relight_gains = [128, 7, 255].repeat(probes.len());
         baked.probes = probes
             .iter()
             .map(|(x, support_radius)| Probe { position: Vec3::splat(*x), support_radius: *support_radius })

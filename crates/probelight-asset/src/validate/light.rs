@@ -95,6 +95,12 @@ impl BakedScene {
             "{} relight rays for {probes} probes with {rays} directions",
             self.relight_surfels.len()
         );
+        ensure!(
+            self.relight_gains.len() == self.relight_surfels.len(),
+            "{} gains of {} relight rays",
+            self.relight_gains.len(),
+            self.relight_surfels.len()
+        );
         for (r, surfel) in self.relight_surfels.iter().enumerate() {
             ensure!(
                 *surfel == NONE || (*surfel as usize) < surfels,

@@ -10,10 +10,11 @@
 //!          └──────┘              └──┴──┴──┴──┘             └─────────────┘
 //! ```
 //!
-//! A ray brings the radiance of the surfel that it meets, or the sky's. The table is stored in panels of `LANES` coefficients. A panel of 512 rays (32 KiB) stays in the first-level
-//! cache while a task multiplies its probes' radiance with it, sums in registers.
+//! A ray brings the radiance of the surfel that it meets, times the ray's gain, or the sky's. The table is stored in
+//! panels of `LANES` coefficients. A panel of 512 rays (32 KiB) stays in the first-level cache while a task multiplies
+//! its probes' radiance with it, sums in registers.
 
-use probelight_asset::BakedScene;
+use probelight_asset::{BakedScene, GAIN_STEPS};
 use probelight_math::directions::weighted_basis;
 use probelight_math::glam::Vec3;
 use probelight_scene::Sky;
@@ -102,10 +103,11 @@ impl ProbeRadiance {
         self.values[..length]
             .par_chunks_mut(PROBES * 3 * stride)
             .zip(baked.relight_surfels.par_chunks(PROBES * rays))
-            .for_each(|(values, seen)| {
+            .zip(baked.relight_gains.par_chunks(PROBES * rays))
+            .for_each(|((values, seen), gains)| {
                 let mut scratch = radiance.lock();
                 let radiance = &mut scratch[..seen.len()];
-                look(seen, surfels, sky, radiance);
+                look(seen, gains, surfels, sky, radiance);
                 if seen.len() == PROBES * rays {
                     project::<PROBES>(table, rays, radiance, values);
                     return;
@@ -118,12 +120,14 @@ impl ProbeRadiance {
     }
 }
 
-/// Radiance of some probes' rays, from the surfels they meet or else the sky.
-fn look(seen: &[u32], surfels: &[Vec3], sky: &[Vec3], radiance: &mut [Vec3]) {
-    for (seen, radiance) in seen.chunks_exact(sky.len()).zip(radiance.chunks_exact_mut(sky.len())) {
-        for ((surfel, sky), radiance) in seen.iter().zip(sky).zip(radiance) {
+/// Radiance of some probes' rays, from the surfels they meet or else the sky, times their gains.
+fn look(seen: &[u32], gains: &[u8], surfels: &[Vec3], sky: &[Vec3], radiance: &mut [Vec3]) {
+    let of_probes = seen.chunks_exact(sky.len()).zip(gains.chunks_exact(sky.len()));
+    for ((seen, gains), radiance) in of_probes.zip(radiance.chunks_exact_mut(sky.len())) {
+        for (((surfel, gain), sky), radiance) in seen.iter().zip(gains).zip(sky).zip(radiance) {
             // The number that stands for no surfel is not in the slice.
-            *radiance = *surfels.get(*surfel as usize).unwrap_or(sky);
+            *radiance = *surfels.get(*surfel as usize).unwrap_or(sky)
+                * (f32::from(*gain) * (1.0 / f32::from(GAIN_STEPS)));
         }
     }
 }

@@ -90,7 +90,8 @@ impl GpuRuntime {
         let coefficients = rgb * (baked.probes.len() * baked.coefficients()) as u64;
         let basis = 4 * (baked.relight_directions.len() * baked.coefficients()) as u64;
         let surfels = rgb * baked.surfels.len() as u64;
-        let relight_rays = size_of_val(&baked.relight_surfels[..]) as u64;
+        let relight_rays =
+            (size_of_val(&baked.relight_surfels[..]) + size_of_val(&baked.relight_gains[..])) as u64;
         let clusters = |bytes: fn(&ClusterShard) -> u64| self.shards.iter().map(bytes).sum::<u64>();
         Stage::ALL.map(|stage| match stage {
             Stage::LightSurfels => {

@@ -5,6 +5,8 @@
 // part of the rays: 48 products for 16 numbers read. The parts are added up at the end.
 
 const WORKGROUP: u32 = 256u;
+/// A gain of one: `GAIN_STEPS` of the asset.
+const GAIN_STEPS: f32 = 128.0;
 /// Probes of a workgroup.
 const PROBES: u32 = 4u;
 /// Most quads of coefficients of a workgroup.
@@ -13,12 +15,14 @@ const PANEL: u32 = 16u;
 @group(0) @binding(0) var<uniform> shape: SignalShape;
 /// The surfel that each ray meets, or NONE for the sky; a probe's rays in a row.
 @group(0) @binding(1) var<storage, read> relight_surfels: array<u32>;
+/// How much the light of each of these rays counts: a byte each, four in a word.
+@group(0) @binding(2) var<storage, read> relight_gains: array<u32>;
 /// Radiance of the sky along each direction.
-@group(0) @binding(2) var<storage, read> sky: array<f32>;
+@group(0) @binding(3) var<storage, read> sky: array<f32>;
 /// Weighted basis values in quads, a direction's in a row.
-@group(0) @binding(3) var<storage, read> weighted_basis: array<vec4f>;
+@group(0) @binding(4) var<storage, read> weighted_basis: array<vec4f>;
 /// Scalar signals, then the probes' coefficients.
-@group(0) @binding(4) var<storage, read_write> signals: array<f32>;
+@group(0) @binding(5) var<storage, read_write> signals: array<f32>;
 
 /// Red, green and blue: of the four probes along each ray of a tile, then of four coefficients by each invocation.
 var<workgroup> tile: array<array<vec4f, 3>, WORKGROUP>;
@@ -27,11 +31,13 @@ fn look(probe: u32, ray: u32) -> vec3f {
     if probe >= shape.probes || ray >= shape.rays {
         return vec3f(0.0);
     }
-    let surfel = relight_surfels[probe * shape.rays + ray];
+    let at = probe * shape.rays + ray;
+    let gain = f32(extractBits(relight_gains[at / 4u], at % 4u * 8u, 8u)) / GAIN_STEPS;
+    let surfel = relight_surfels[at];
     if surfel == NONE {
-        return vec3f(sky[3u * ray], sky[3u * ray + 1u], sky[3u * ray + 2u]);
+        return gain * vec3f(sky[3u * ray], sky[3u * ray + 1u], sky[3u * ray + 2u]);
     }
-    return vec3f(signals[3u * surfel], signals[3u * surfel + 1u], signals[3u * surfel + 2u]);
+    return gain * vec3f(signals[3u * surfel], signals[3u * surfel + 1u], signals[3u * surfel + 2u]);
 }
 
 /// Products of four coefficients with the radiance of each of four probes.

@@ -4,7 +4,7 @@
 pub(crate) mod slow_frame;
 
 use probelight_asset::packed::{Precision, Ranks};
-use probelight_asset::{BakedScene, LightSample, LightmapFace, LightmapLayout, NONE, Surfel};
+use probelight_asset::{BakedScene, GAIN_STEPS, LightSample, LightmapFace, LightmapLayout, NONE, Surfel};
 use probelight_math::glam::Vec3;
 use probelight_math::sh::Y00;
 #[allow(unused_imports, reason = "each test binary uses a part")]
@@ -76,6 +76,7 @@ pub(crate) fn single_probe(scene: Scene, sample: Option<LightSample>, gains: &[f
     baked.surfels = sample.iter().map(|_| Surfel { first_sample: 0, sample_count: 1 }).collect();
     baked.light_samples = sample.into_iter().collect();
     baked.relight_surfels = vec![if sample.is_some() { 0 } else { NONE }; size.rays];
+    baked.relight_gains = vec![GAIN_STEPS; size.rays];
     baked.scene = scene;
     let columns = baked.column_count(&baked.clusters[0]);
     baked.column_exponents = vec![0; columns];

@@ -1,6 +1,6 @@
 //! A frame in the plainest form: double precision, one value at a time, straight from the equations.
 
-use probelight_asset::{BakedScene, Cluster, LightSample, NONE};
+use probelight_asset::{BakedScene, Cluster, GAIN_STEPS, LightSample, NONE};
 use probelight_math::color::linear_from_srgb8;
 use probelight_math::directions::{quadrature_weights, spherical_fibonacci};
 use probelight_math::glam::{DVec3, Vec3};
@@ -149,20 +149,22 @@ fn project(degree: usize, directions: &[Vec3], radiance: &[DVec3]) -> Vec<DVec3>
 
 fn coefficients(baked: &BakedScene, lighting: &Lighting, signals: &[DVec3]) -> Vec<Vec<DVec3>> {
     let directions = &baked.relight_directions;
-    let bring = |(surfel, direction): (&u32, &Vec3)| {
-        if *surfel != NONE {
+    let bring = |((surfel, gain), direction): ((&u32, &u8), &Vec3)| {
+        let radiance = if *surfel != NONE {
             signals[*surfel as usize]
         } else if baked.settings.sky_degree.is_none() {
             lighting.sky.radiance(*direction).as_dvec3()
         } else {
             DVec3::ZERO
-        }
+        };
+        radiance * f64::from(*gain) / f64::from(GAIN_STEPS)
     };
-    let of_probe = |surfels: &[u32]| {
-        let radiance: Vec<DVec3> = surfels.iter().zip(directions).map(bring).collect();
+    let of_probe = |(surfels, gains): (&[u32], &[u8])| {
+        let radiance: Vec<DVec3> = surfels.iter().zip(gains).zip(directions).map(bring).collect();
         project(baked.settings.sh_degree as usize, directions, &radiance)
     };
-    baked.relight_surfels.chunks(directions.len().max(1)).map(of_probe).collect()
+    let rays = directions.len().max(1);
+    baked.relight_surfels.chunks(rays).zip(baked.relight_gains.chunks(rays)).map(of_probe).collect()
 }
 
 /// A cluster's input.
