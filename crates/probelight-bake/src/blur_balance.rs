@@ -4,7 +4,7 @@
 //! no surface, past the edge of a roof or out of a window, nobody asks for it and it would be lost. How much of the
 //! blur around a direction lies on surfaces is the probe's *coverage*. Light that is measured is raised by its inverse
 //! square root, and so is light that is read: then a place gives to all others about as much as it has, and
-//! surfaces that are equally bright everywhere are read as just that.
+//! surfaces that are equally bright everywhere are read as just that. (The first step of Sinkhorn 1967.)
 
 use std::ops::RangeInclusive;
 
