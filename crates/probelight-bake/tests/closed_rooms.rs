@@ -5,8 +5,9 @@ mod support;
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use probelight_asset::{BakedScene, Cluster, Method, Metric, Storage};
+use probelight_asset::{BakedScene, Cluster, GAIN_STEPS, Method, Metric, NONE, Storage};
 use probelight_bake::{BakeOptions, bake};
+use probelight_math::directions::weighted_basis;
 use probelight_math::glam::Vec3;
 use probelight_math::sh::Y00;
 use probelight_runtime::Runtime;
@@ -26,11 +27,26 @@ fn constant_radiance(baked: &BakedScene, cluster: &Cluster) -> Vec<f32> {
         _ => 0.0,
     };
     let mut values: Vec<f32> = signals.iter().map(value).collect();
-    let (probes, columns) = (cluster.probe_count as usize, baked.column_count(cluster));
-    // Band 0 of all probes comes first among their columns.
-    values.resize(values.len() + probes, 1.0 / Y00);
-    values.resize(columns, 0.0);
+    let probes = &baked.cluster_probes[cluster.first_probe as usize..][..cluster.probe_count as usize];
+    let coefficients: Vec<Vec<f32>> = probes.iter().map(|p| measured_by_probe(baked, *p as usize)).collect();
+    for l in 0..=baked.settings.sh_degree as usize {
+        values.extend(coefficients.iter().flat_map(|of_probe| &of_probe[l * l..(l + 1) * (l + 1)]));
+    }
     values
+}
+
+/// A probe's coefficients then. The sky is among them unless it has signals of its own.
+fn measured_by_probe(baked: &BakedScene, probe: usize) -> Vec<f32> {
+    let rays = baked.relight_directions.len();
+    let table = weighted_basis(&baked.relight_directions, baked.settings.sh_degree as usize);
+    let mut sums = vec![0.0; baked.coefficients()];
+    for (ray, row) in table.chunks_exact(sums.len()).enumerate() {
+        if baked.relight_surfels[probe * rays + ray] != NONE || baked.settings.sky_degree.is_none() {
+            let gain = f32::from(baked.relight_gains[probe * rays + ray]) / f32::from(GAIN_STEPS);
+            sums.iter_mut().zip(row).for_each(|(sum, y)| *sum += gain * y);
+        }
+    }
+    sums
 }
 
 /// Irradiance of every receiver of a cluster for given signals, from the packed matrices.

@@ -223,7 +223,7 @@ fn comparison_notices_a_wrong_input_of_each_stage() {
             0 => damaged.surfel_groups[3].first_weight *= 0.99,
             1 => damaged.relight_surfels.swap(0, 1),
             2 => damaged.row_scales[0] *= 1.001,
-            3 => damaged.receiver_basis[0] ^= 0x10,
+            3 => damaged.receiver_basis[0] ^= 0x1010_1010,
             _ => damaged.lightmap.dilation.last_mut().unwrap()[1] = damaged.receiver_texels[1],
         }
         twins.on_gpu = Twins::new(gpu, damaged, options()).on_gpu;
