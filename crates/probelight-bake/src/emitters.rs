@@ -15,7 +15,7 @@ use probelight_scene::{Bounds, Scene};
 use probelight_trace::{Hit, Tracer};
 
 use crate::gather::GatherRay;
-use crate::transport::Place;
+use crate::texel_points::Place;
 
 /// Points on emitters per receiver and half of the estimate, divided among the patches by how large they look;
 /// each gets a few.

@@ -17,8 +17,8 @@ use crate::point_grid::PointGrid;
 use crate::probe_choice::choose_probes;
 use crate::receivers::Receiver;
 use crate::scene_light::SceneLight;
-use crate::texel_points::TexelPoints;
-use crate::transport::{Place, ScalarSignals, Transport, TransportBuilder};
+use crate::texel_points::{Place, TexelPoints};
+use crate::transport::{ScalarSignals, Transport, TransportBuilder};
 
 /// What the groups have in common.
 pub(crate) struct GroupWorker<'a> {

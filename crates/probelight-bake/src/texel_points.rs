@@ -39,6 +39,12 @@ impl SamplePoint {
     }
 }
 
+/// A receiver and the points of its texel.
+pub(crate) struct Place<'a> {
+    pub(crate) receiver: &'a Receiver,
+    pub(crate) points: &'a [SamplePoint],
+}
+
 /// The points of all receivers' texels.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TexelPoints {

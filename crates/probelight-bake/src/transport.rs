@@ -17,7 +17,7 @@ use crate::emitters::{EmitterSampling, Emitters};
 use crate::gather::{GatherHit, GatherRay};
 use crate::patch_choice::PatchChoice;
 use crate::receivers::Receiver;
-use crate::texel_points::SamplePoint;
+use crate::texel_points::Place;
 
 /// A cluster's uncompressed transport.
 #[derive(Clone, Debug, Default)]
@@ -52,12 +52,6 @@ impl Transport {
         self.signals.retain(|_| column.next().is_some_and(|used| *used));
         self.columns = is_used.iter().filter(|used| **used).count();
     }
-}
-
-/// A receiver and the points of its texel.
-pub(crate) struct Place<'a> {
-    pub(crate) receiver: &'a Receiver,
-    pub(crate) points: &'a [SamplePoint],
 }
 
 /// The scalar signals that a cluster may draw on.
