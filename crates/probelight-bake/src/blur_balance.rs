@@ -14,6 +14,8 @@ use probelight_math::glam::Vec3;
 use probelight_math::sh::Basis;
 use rayon::prelude::*;
 
+use crate::light_ensemble::add_scaled;
+
 /// Where less of the blur lies on surfaces, hardly anything is known of them; twice as much are the ripples of
 /// truncated bands.
 const COVERAGE: RangeInclusive<f32> = 0.25..=2.0;
@@ -47,7 +49,7 @@ impl BlurBalance {
                 let mut sums = vec![0.0; basis.len()];
                 let rays = surfels.iter().zip(gains).zip(weighted.chunks_exact(basis.len()));
                 for ((_, gain), row) in rays.filter(|((surfel, _), _)| **surfel != NONE) {
-                    sums.iter_mut().zip(row).for_each(|(sum, y)| *sum += f32::from(*gain) / one * y);
+                    add_scaled(&mut sums, f32::from(*gain) / one, row);
                 }
                 sums
             };
@@ -78,6 +80,7 @@ impl BlurBalance {
 #[cfg(test)]
 mod tests {
     use probelight_math::directions::progressive_sphere;
+    use probelight_math::sh::Y00;
 
     use super::*;
 
@@ -99,15 +102,14 @@ mod tests {
         let basis = Basis::new(DEGREE);
         let weighted = weighted_basis(directions, DEGREE);
         // Band 0 is the same everywhere, so that the first values are the weights.
-        let band0 = (0.25 / std::f32::consts::PI).sqrt();
-        let weight = |ray: usize| weighted[ray * basis.len()] / band0;
+        let weight = |ray: usize| weighted[ray * basis.len()] / Y00;
         let to_surface = || (0..directions.len()).filter(|ray| surfels[*ray] != NONE);
         let (mut measured, mut coefficients) = (0.0, vec![0.0; basis.len()]);
         for ray in to_surface().filter(|ray| lit(directions[*ray])) {
             measured += weight(ray);
             let gain = f32::from(balance.gains[ray]) / f32::from(GAIN_STEPS);
             let row = &weighted[ray * basis.len()..][..basis.len()];
-            coefficients.iter_mut().zip(row).for_each(|(sum, y)| *sum += gain * y);
+            add_scaled(&mut coefficients, gain, row);
         }
         let mut values = vec![0.0; basis.len()];
         let read = to_surface().map(|ray| {
@@ -124,9 +126,8 @@ mod tests {
         let directions = progressive_sphere(512);
         let balance = BlurBalance::of(&[3; 1024], &directions, DEGREE);
         assert_eq!(balance.gains, [GAIN_STEPS; 1024]);
-        let constant = (4.0 * std::f32::consts::PI).sqrt();
         for (j, value) in balance.coverage.iter().enumerate() {
-            let expected = if j % 64 == 0 { constant } else { 0.0 };
+            let expected = if j % 64 == 0 { 1.0 / Y00 } else { 0.0 };
             assert!((value - expected).abs() < 1e-4, "{j}: {value}");
         }
     }

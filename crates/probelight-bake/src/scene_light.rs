@@ -45,7 +45,7 @@ impl SceneLight {
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
         let is_hybrid = settings.method == Method::Hybrid;
-        let mut light = Self::default();
+        let mut light = Self { balance: BlurBalance::none(relight_hits.len()), ..Self::default() };
         if is_hybrid || settings.metric == Metric::Radiance {
             progress.begin("building surfels", 1);
             let samples = settings.samples_per_surfel as usize;
@@ -55,11 +55,10 @@ impl SceneLight {
             light.emitters = Emitters::find(tracer.scene(), settings.surfel_size);
             let surfel = |hit: &Option<Hit>| hit.map_or(NONE, |hit| light.surfels.surfel_of_hit(atlas, &hit));
             light.relight_surfels = relight_hits.iter().map(surfel).collect();
-            light.balance = if is_hybrid {
-                BlurBalance::of(&light.relight_surfels, directions, settings.sh_degree as usize)
-            } else {
-                BlurBalance::none(relight_hits.len())
-            };
+            if is_hybrid {
+                light.balance =
+                    BlurBalance::of(&light.relight_surfels, directions, settings.sh_degree as usize);
+            }
             progress.advance(1);
             let input = EnsembleInput {
                 tracer,
@@ -84,7 +83,6 @@ impl SceneLight {
                 directions,
                 relight_hits,
             );
-            light.balance = BlurBalance::none(relight_hits.len());
             light.emitters = Emitters::default();
         }
         Ok(light)

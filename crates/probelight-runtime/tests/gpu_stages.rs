@@ -191,6 +191,8 @@ fn stages_equal_their_twins_at_other_sizes() {
     compare(Size { sh_degree: 0, receivers_per_cluster: 1, probes: 8, ..SMALL_PAPER }, options());
     compare(Size { probes: 0, probes_per_cluster: 0, rays: 0, varied: false, ..SMALL }, options());
     compare(Size { surfel_groups: 0, emitters: 0, sky_degree: None, ..SMALL }, options());
+    // The gains of so many rays fill no whole words.
+    compare(Size { probes: 7, rays: 33, ..SMALL }, options());
 }
 
 #[test]

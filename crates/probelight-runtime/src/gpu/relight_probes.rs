@@ -33,7 +33,7 @@ impl RelightProbes {
     ) -> Result<Self, GpuError> {
         let kernel = Kernel::new(storage.device, &RELIGHT_PROBES, None);
         let surfels = storage.array("surfels of relight rays", &baked.relight_surfels)?;
-        let gains = storage.array("gains of relight rays", &in_words(&baked.relight_gains))?;
+        let gains = storage.array("gains of relight rays", &baked.relight_gains)?;
         let sky =
             storage.zeros("sky along relight rays", RGB_BYTES * baked.relight_directions.len() as u64)?;
         let basis = storage.array("weighted basis", &weighted_basis_in_quads(baked))?;
@@ -60,12 +60,6 @@ impl RelightProbes {
     pub(super) fn relight_probes(&self, pass: &mut wgpu::ComputePass) {
         self.kernel.run(pass, &[&self.group], self.workgroups);
     }
-}
-
-/// Bytes, four in a word.
-fn in_words(bytes: &[u8]) -> Vec<u32> {
-    let word = |four: &[u8]| (0..).zip(four).map(|(i, byte)| u32::from(*byte) << (8 * i)).sum();
-    bytes.chunks(4).map(word).collect()
 }
 
 /// The table that all probes share, with zeros that fill each direction's last quad.

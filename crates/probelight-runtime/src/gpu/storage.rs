@@ -9,6 +9,9 @@ use super::device::GpuError;
 /// All others are as long as their content, so that shaders know its end.
 const PLACEHOLDER: u64 = 64;
 
+/// Buffers are written in pieces of this many bytes.
+const WORD: usize = wgpu::COPY_BUFFER_ALIGNMENT as usize;
+
 /// Makes buffers on a device.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Storage<'a> {
@@ -38,7 +41,7 @@ impl<'a> Storage<'a> {
         Ok(self.buffer(content, bytes, usage))
     }
 
-    /// A storage buffer with the given content.
+    /// A storage buffer with the given content, and zeros up to a whole word.
     ///
     /// # Errors
     /// [`GpuError::TooLarge`] if a shader could not bind it.
@@ -49,7 +52,14 @@ impl<'a> Storage<'a> {
     ) -> Result<wgpu::Buffer, GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(values);
         let buffer = self.zeros(content, bytes.len() as u64)?;
-        self.queue.write_buffer(&buffer, 0, bytes);
+        // Only whole words can be written.
+        let (words, rest) = bytes.as_chunks::<WORD>();
+        self.queue.write_buffer(&buffer, 0, words.as_flattened());
+        if !rest.is_empty() {
+            let mut last = [0; WORD];
+            last[..rest.len()].copy_from_slice(rest);
+            self.queue.write_buffer(&buffer, (words.len() * WORD) as u64, &last);
+        }
         Ok(buffer)
     }
 
