@@ -104,6 +104,8 @@ pub struct BakeSettings {
     pub max_rank: u32,
     /// Relative error of a cluster's compressed transport that the bake aims at.
     pub max_cluster_error: f32,
+    /// What a further byte per receiver had to save where that error was out of reach, as a share of its energy.
+    pub byte_price: f32,
     /// Seed of all random numbers.
     pub seed: u64,
 }

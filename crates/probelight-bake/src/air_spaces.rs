@@ -9,7 +9,8 @@ use probelight_trace::{Hit, Tracer};
 use rayon::prelude::*;
 
 use crate::point_grid::PointGrid;
-use crate::receivers::{Outlook, Receiver};
+use crate::receivers::Receiver;
+use crate::site::Outlook;
 
 /// Neighbours tested per probe, and ends of relight rays tested per pair that does not see each other.
 const NEIGHBOURS: usize = 16;
@@ -19,23 +20,24 @@ const SHARED_POINTS: usize = 32;
 const PROBES_TRIED: usize = 64;
 
 /// Finds each receiver's outlook: the nearest probe it sees, and that probe's air space.
-pub(crate) fn assign_outlooks(
+pub(crate) fn find_outlooks(
     tracer: &Tracer,
     probes: &PointGrid,
     directions: &[Vec3],
     relight_hits: &[Option<Hit>],
-    receivers: &mut [Receiver],
-) {
+    receivers: &[Receiver],
+) -> Vec<Option<Outlook>> {
     let spaces = connect_probes(tracer, probes, directions, relight_hits);
-    receivers.par_iter_mut().for_each(|receiver| {
+    let outlook = |receiver: &Receiver| {
         let origin = receiver.ray_origin(tracer);
-        receiver.outlook = probes
+        probes
             .nearest(origin, PROBES_TRIED)
             .into_iter()
             .map(|probe| (probe, probes.positions[probe as usize]))
             .find(|(_, position)| tracer.is_visible(origin, *position))
-            .map(|(probe, position)| Outlook { probe, position, air_space: spaces[probe as usize] });
-    });
+            .map(|(probe, position)| Outlook { probe, position, air_space: spaces[probe as usize] })
+    };
+    receivers.par_iter().map(outlook).collect()
 }
 
 /// The air space of each probe.

@@ -1,65 +1,51 @@
 //! Putting the finished groups together into a baked scene.
 
-use probelight_asset::{BakeReport, BakedScene, Cluster, LightmapLayout, Method, NONE, Probe, Surfel};
-use probelight_math::glam::Vec3;
+use probelight_asset::{BakeReport, BakedScene, Cluster, LightmapLayout, NONE, Probe, Surfel};
+use probelight_scene::Scene;
 
-use crate::atlas::Atlas;
 use crate::checkpoint::FinishedGroup;
-use crate::compress::bounds_of;
-use crate::options::Resolved;
-use crate::receivers::Receivers;
+use crate::groundwork::Groundwork;
+use crate::options::SurfaceSignals;
 use crate::scene_light::SceneLight;
-
-/// All that the steps before have produced.
-pub(crate) struct BakeParts {
-    pub(crate) scene: probelight_scene::Scene,
-    pub(crate) scene_hash: u64,
-    pub(crate) resolved: Resolved,
-    pub(crate) atlas: Atlas,
-    pub(crate) receivers: Receivers,
-    pub(crate) probes: Vec<Vec3>,
-    pub(crate) directions: Vec<Vec3>,
-    pub(crate) light: SceneLight,
-}
+use crate::site::bounds_of;
 
 /// Lines up the groups' clusters, in order, behind the shared arrays.
-pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedScene {
-    let gather_rays = u64::from(parts.resolved.settings.gather_rays);
-    let report = report(&parts, &groups, gather_rays * parts.receivers.receivers.len() as u64);
+pub(crate) fn assemble(ground: Groundwork, light: SceneLight, groups: &[FinishedGroup]) -> BakedScene {
+    let report = report(&ground, groups);
+    let (sites, sources) = (&ground.sites, light.sources);
     let mut baked = BakedScene {
-        scene_hash: parts.scene_hash,
-        settings: parts.resolved.settings,
+        scene_hash: ground.scene_hash,
+        settings: ground.settings,
         report,
         lightmap: LightmapLayout {
-            width: parts.atlas.width,
-            height: parts.atlas.height,
-            pages: parts.atlas.pages,
-            faces: parts.atlas.faces,
-            back_faces: parts.atlas.back_faces,
-            dilation: parts.receivers.dilation,
+            width: ground.atlas.width,
+            height: ground.atlas.height,
+            pages: ground.atlas.pages,
+            faces: ground.atlas.faces,
+            back_faces: ground.atlas.back_faces,
+            dilation: ground.receivers.dilation,
         },
-        probes: parts.probes.iter().map(|p| Probe { position: *p, support_radius: 0.0 }).collect(),
-        light_samples: parts.light.surfels.light_samples,
-        surfels: parts.light.surfels.surfels,
-        surfel_groups: parts.light.surfels.groups,
-        emitters: parts.light.emitters.signals,
-        relight_directions: parts.directions,
-        relight_surfels: parts.light.relight_surfels,
-        relight_gains: parts.light.balance.gains,
-        scene: parts.scene,
+        probes: ground.probes.positions.iter().map(|p| Probe { position: *p, support_radius: 0.0 }).collect(),
+        light_samples: sources.surfels.light_samples,
+        surfels: sources.surfels.surfels,
+        surfel_groups: sources.surfels.groups,
+        emitters: sources.emitters.signals,
+        relight_directions: ground.directions,
+        relight_surfels: sources.relight_surfels,
+        relight_gains: sources.balance.gains,
+        scene: Scene::clone(ground.tracer.scene()),
         ..BakedScene::default()
     };
-    let receivers = &parts.receivers.receivers;
-    let probe_numbers = keep_used_probes(&mut baked, &groups);
-    if baked.settings.method == Method::Paper {
+    let probe_numbers = keep_used_probes(&mut baked, groups);
+    if ground.plan.surfaces == SurfaceSignals::RelightHits {
         keep_seen_surfels(&mut baked);
     }
     for cluster in groups.iter().flat_map(|g| &g.clusters) {
-        let bounds = bounds_of(receivers, &cluster.receivers);
+        let bounds = bounds_of(sites, &cluster.receivers);
         baked.clusters.push(Cluster {
             bounds,
             // Clusters never mix air spaces.
-            air_space: receivers[cluster.receivers[0] as usize].air_space().unwrap_or(NONE),
+            air_space: sites[cluster.receivers[0] as usize].air_space().unwrap_or(NONE),
             first_receiver: baked.receiver_texels.len() as u32,
             receiver_count: cluster.receivers.len() as u32,
             first_signal: baked.cluster_signals.len() as u32,
@@ -77,11 +63,13 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
         for p in &cluster.probes {
             let probe = &mut baked.probes[probe_numbers[*p as usize] as usize];
             for receiver in &cluster.receivers {
-                let distance = receivers[*receiver as usize].position.distance(probe.position);
+                let distance = sites[*receiver as usize].position.distance(probe.position);
                 probe.support_radius = probe.support_radius.max(distance);
             }
         }
-        baked.receiver_texels.extend(cluster.receivers.iter().map(|r| receivers[*r as usize].texel));
+        baked
+            .receiver_texels
+            .extend(cluster.receivers.iter().map(|r| ground.receivers.receivers[*r as usize].texel));
         baked.cluster_signals.extend(&cluster.signals);
         baked.cluster_probes.extend(cluster.probes.iter().map(|p| probe_numbers[*p as usize]));
         baked.receiver_errors.extend(&cluster.factors.receiver_errors);
@@ -127,18 +115,24 @@ fn keep_seen_surfels(baked: &mut BakedScene) {
     baked.surfels = (0..baked.light_samples.len() as u32).map(surfel).collect();
 }
 
-fn report(parts: &BakeParts, groups: &[FinishedGroup], rays: u64) -> BakeReport {
-    let rays = rays.max(1) as f64;
+fn report(ground: &Groundwork, groups: &[FinishedGroup]) -> BakeReport {
+    let rays = (f64::from(ground.settings.gather_rays) * ground.sites.len() as f64).max(1.0);
     let clusters = || groups.iter().flat_map(|g| &g.clusters);
     let receivers: usize = clusters().map(|c| c.receivers.len()).sum();
     let weighted: f64 = clusters().map(|c| f64::from(c.factors.error) * c.receivers.len() as f64).sum();
     BakeReport {
-        chart_texels: parts.receivers.chart_texels,
-        invalid_texels: parts.receivers.invalid_texels,
+        chart_texels: ground.receivers.chart_texels,
+        invalid_texels: ground.receivers.invalid_texels,
         approximated_fraction: groups.iter().map(|g| g.approximated_rays).sum::<u64>() as f64 / rays,
         uncovered_fraction: groups.iter().map(|g| g.uncovered_rays).sum::<u64>() as f64 / rays,
         mean_cluster_error: weighted / receivers.max(1) as f64,
         max_cluster_error: clusters().map(|c| f64::from(c.factors.error)).fold(0.0, f64::max),
-        warnings: parts.scene.warnings.iter().map(|w| format!("{}: {}", w.message, w.count)).collect(),
+        warnings: ground
+            .tracer
+            .scene()
+            .warnings
+            .iter()
+            .map(|w| format!("{}: {}", w.message, w.count))
+            .collect(),
     }
 }

@@ -7,13 +7,13 @@
 
 use faer::{Mat, MatRef, Scale, Side};
 use probelight_asset::{BakeSettings, Storage};
-use probelight_scene::Bounds;
 use serde::{Deserialize, Serialize};
 
 use crate::metric::SignalMetric;
+use crate::options::ErrorGoal;
 use crate::partition::KdRule;
-use crate::quantize::{Aim, Factors, PackedFactors, RowEnergy, byte_price, quantize};
-use crate::receivers::Receiver;
+use crate::quantize::{Aim, Factors, PackedFactors, RowEnergy, quantize};
+use crate::site::Site;
 
 /// A cluster ready for the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,11 +50,9 @@ struct Block {
 /// What compression needs to know of its surroundings.
 pub(crate) struct Compressor<'a> {
     pub(crate) settings: &'a BakeSettings,
-    /// Whether every cluster is to keep the wanted error, at any number of bytes.
-    pub(crate) must_meet_error: bool,
-    pub(crate) receivers: &'a [Receiver],
+    pub(crate) error: ErrorGoal,
+    pub(crate) sites: &'a [Site],
     pub(crate) split_rule: KdRule,
-    pub(crate) lightmap_width: u32,
 }
 
 /// Clusters are not split below this many receivers per kept singular value, unless the error must be met: U and ΣVᵀ
@@ -75,7 +73,7 @@ impl Compressor<'_> {
                 .map(|half| Mat::from_fn(block.rows.len(), matrix.columns, |r, c| half[(block.rows[r], c)]));
             let cluster = self.decompose(&block, &halves, matrix);
             let can_split = block.rows.len() >= self.fewest_to_split();
-            if cluster.factors.error > self.settings.max_cluster_error && can_split {
+            if cluster.factors.error > self.error.error() && can_split {
                 let (lower, upper) = self.split(block);
                 pending.push(upper);
                 pending.push(lower);
@@ -89,27 +87,25 @@ impl Compressor<'_> {
     fn fewest_to_split(&self) -> usize {
         let max_rank = self.settings.max_rank as usize;
         // Truncation loses nothing of as many rows as there may be singular values.
-        if self.must_meet_error { max_rank + 1 } else { 2 * FEWEST_RECEIVERS_PER_RANK * max_rank }
+        if self.error.must_be_met() { max_rank + 1 } else { 2 * FEWEST_RECEIVERS_PER_RANK * max_rank }
     }
 
     fn split(&self, block: Block) -> (Block, Block) {
         let row_of: std::collections::HashMap<u32, usize> =
             block.receivers.iter().copied().zip(block.rows.iter().copied()).collect();
-        let (lower, upper) = self.split_rule.split(self.receivers, block.receivers);
+        let (lower, upper) = self.split_rule.split(self.sites, block.receivers);
         let with_rows =
             |receivers: Vec<u32>| Block { rows: receivers.iter().map(|r| row_of[r]).collect(), receivers };
         (with_rows(lower), with_rows(upper))
     }
 
-    /// Orders a block's receivers so that each lightmap level is a prefix: texels whose coordinates both
-    /// have k trailing zero bits belong to level k (\[SED\] §5.3).
+    /// Orders a block's receivers so that each level of detail is a prefix.
     fn sort_coarsest_first(&self, block: &mut Block) {
         let mut order: Vec<(u32, usize)> =
             block.receivers.iter().copied().zip(block.rows.iter().copied()).collect();
         order.sort_unstable_by_key(|(receiver, _)| {
-            let texel = self.receivers[*receiver as usize].texel;
-            let (x, y) = (texel % self.lightmap_width, texel / self.lightmap_width);
-            (std::cmp::Reverse((x | y).trailing_zeros()), texel)
+            let site = &self.sites[*receiver as usize];
+            (std::cmp::Reverse(site.level), site.seed)
         });
         (block.receivers, block.rows) = order.into_iter().unzip();
     }
@@ -135,9 +131,9 @@ impl Compressor<'_> {
         };
         let aim = Aim {
             is_packed: self.settings.storage == Storage::Packed,
-            error: f64::from(self.settings.max_cluster_error),
-            must_be_met: self.must_meet_error,
-            byte_price: byte_price(self.receivers.len()),
+            error: f64::from(self.error.error()),
+            must_be_met: self.error.must_be_met(),
+            byte_price: f64::from(self.settings.byte_price),
         };
         CompressedCluster {
             receivers: block.receivers.clone(),
@@ -259,11 +255,6 @@ fn tails_on_other_half(u: &Mat<f64>, tested: &Mat<f64>, noise: &[f64]) -> Vec<f6
     tails_of(total, (0..u.ncols()).map(share))
 }
 
-/// Box around a cluster's receivers.
-pub(crate) fn bounds_of(receivers: &[Receiver], group: &[u32]) -> Bounds {
-    Bounds::of(group.iter().map(|r| receivers[*r as usize].position))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -280,13 +271,14 @@ mod tests {
         BakeSettings { max_rank, max_cluster_error, storage, ..BakeSettings::default() }
     }
 
-    fn line_of_receivers(count: u32) -> Vec<Receiver> {
+    fn line_of_sites(count: u32) -> Vec<Site> {
         (0..count)
-            .map(|i| Receiver {
-                texel: i,
+            .map(|i| Site {
+                seed: i,
+                level: (i % 16 | i / 16).trailing_zeros(),
                 position: Vec3::X * i as f32,
                 normal: Vec3::Y,
-                ..Receiver::default()
+                ..Site::default()
             })
             .collect()
     }
@@ -329,13 +321,12 @@ mod tests {
 
     fn compress(rows: &[f32], settings: &BakeSettings) -> Vec<CompressedCluster> {
         let count = rows.len() / COLUMNS;
-        let receivers = line_of_receivers(count as u32);
+        let sites = line_of_sites(count as u32);
         let compressor = Compressor {
             settings,
-            must_meet_error: false,
-            receivers: &receivers,
+            error: ErrorGoal::About(settings.max_cluster_error),
+            sites: &sites,
             split_rule: KdRule { meters_per_normal: 1.0, by_outlook: true },
-            lightmap_width: 16,
         };
         let group: Vec<u32> = (0..count as u32).collect();
         compressor.compress(&GroupMatrix {

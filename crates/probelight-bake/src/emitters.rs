@@ -15,7 +15,7 @@ use probelight_scene::{Bounds, Scene};
 use probelight_trace::{Hit, Tracer};
 
 use crate::gather::GatherRay;
-use crate::texel_points::Place;
+use crate::site::Place;
 
 /// Points on emitters per receiver and half of the estimate, divided among the patches by how large they look;
 /// each gets a few.
@@ -178,7 +178,7 @@ impl Emitters {
             for sample in half as u32 * samples..(half as u32 + 1) * samples {
                 let point = &place.points[sample as usize % place.points.len()];
                 let origin = point.ray_origin(tracer);
-                let u = sobol_owen(sample, hash_pair(place.receiver.texel, 0x5eed ^ p as u32));
+                let u = sobol_owen(sample, hash_pair(place.site.seed, 0x5eed ^ p as u32));
                 let (triangle, barycentric) = patch.point(u);
                 let normal = tracer.front_normal(triangle);
                 let position =
@@ -248,7 +248,7 @@ mod tests {
 
     use super::*;
     use crate::gather::gather_rays;
-    use crate::receivers::Receiver;
+    use crate::site::Site;
     use crate::texel_points::SamplePoint;
 
     const HALF_SIDE: f32 = 0.5;
@@ -289,17 +289,17 @@ mod tests {
         let emitters = Emitters::find(tracer.scene(), 0.1);
         assert_eq!(emitters.signals.len(), 1);
         let sampling = emitters.sampling(&Bounds::of([Vec3::ZERO]));
-        let receivers = 200;
+        let sites = 200;
         let mut sums = [0.0];
-        for texel in 0..receivers {
-            let receiver = Receiver { texel, normal: Vec3::Y, ..Receiver::default() };
+        for seed in 0..sites {
+            let site = Site { seed, normal: Vec3::Y, ..Site::default() };
             let points = [SamplePoint { normal: Vec3::Y, ..SamplePoint::default() }];
+            let place = Place { site: &site, points: &points };
             let rays: Vec<GatherRay> =
-                if with_rays { gather_rays(tracer, texel, &points, RAYS, 0).collect() } else { Vec::new() };
-            let place = Place { receiver: &receiver, points: &points };
+                if with_rays { gather_rays(tracer, &place, RAYS, 0).collect() } else { Vec::new() };
             emitters.add_form_factors(tracer, &place, &sampling, 0, &rays, &mut sums);
         }
-        sums[0] / receivers as f32
+        sums[0] / sites as f32
     }
 
     #[test]

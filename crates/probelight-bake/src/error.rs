@@ -14,7 +14,7 @@ pub enum BakeError {
         /// The option's name.
         option: &'static str,
         /// The allowed range, in words.
-        expected: &'static str,
+        expected: String,
         /// What was asked for.
         got: String,
     },

@@ -1,10 +1,10 @@
-//! Gather rays: what each receiver of a cluster sees.
+//! Gather rays: what each site of a cluster sees.
 
 use probelight_math::glam::Vec3;
 use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
 use probelight_trace::{Hit, Ray, Tracer};
 
-use crate::texel_points::SamplePoint;
+use crate::site::Place;
 
 /// A gather ray and where it ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,18 +46,18 @@ impl GatherRay {
     }
 }
 
-/// `count` cosine-distributed rays from points of a receiver's texel, those of each point in a row.
+/// `count` cosine-distributed rays from the points of a place, those of each point in a row.
 ///
-/// The samples are a scrambled (0,2)-sequence of the receiver's own: stratified within, independent
-/// between receivers, so that the compression averages their noise instead of keeping a pattern.
+/// The samples are a scrambled (0,2)-sequence of the site's own: stratified within, independent
+/// between sites, so that the compression averages their noise instead of keeping a pattern.
 pub(crate) fn gather_rays(
     tracer: &Tracer,
-    texel: u32,
-    points: &[SamplePoint],
+    place: &Place<'_>,
     count: u32,
     seed: u64,
 ) -> impl Iterator<Item = GatherRay> {
-    let sequence = hash_pair(texel, seed as u32 ^ (seed >> 32) as u32);
+    let sequence = hash_pair(place.site.seed, seed as u32 ^ (seed >> 32) as u32);
+    let points = place.points;
     (0..count).map(move |ray| {
         let point = &points[ray as usize * points.len() / count as usize];
         let origin = point.ray_origin(tracer);

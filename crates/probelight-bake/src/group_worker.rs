@@ -1,36 +1,31 @@
 //! Bakes groups of receivers, one at a time and independently of each other.
 
 use faer::{Mat, MatRef, Scale};
-use probelight_asset::{Method, Metric, NONE};
+use probelight_asset::{Metric, NONE};
 use probelight_math::glam::Vec3;
 use probelight_math::sh::{Basis, band, coefficient_count};
-use probelight_trace::Tracer;
 
-use crate::atlas::Atlas;
 use crate::checkpoint::FinishedGroup;
-use crate::compress::{Compressor, GroupMatrix, bounds_of};
+use crate::compress::{Compressor, GroupMatrix};
 use crate::gather::{GatherHit, GatherRay, gather_rays};
+use crate::groundwork::Groundwork;
 use crate::light_ensemble::LightEnsemble;
 use crate::metric::SignalMetric;
 use crate::patch_choice::{PatchChoice, WITNESSES};
-use crate::point_grid::PointGrid;
 use crate::probe_choice::choose_probes;
-use crate::receivers::Receiver;
 use crate::scene_light::SceneLight;
-use crate::texel_points::{Place, TexelPoints};
+use crate::site::bounds_of;
 use crate::transport::{ScalarSignals, Transport, TransportBuilder};
 
 /// What the groups have in common.
 pub(crate) struct GroupWorker<'a> {
-    pub(crate) tracer: &'a Tracer,
-    pub(crate) atlas: &'a Atlas,
-    pub(crate) basis: Basis,
-    pub(crate) sky_basis: Basis,
-    pub(crate) probes: &'a PointGrid,
-    pub(crate) receivers: &'a [Receiver],
-    pub(crate) points: &'a TexelPoints,
-    pub(crate) light: &'a SceneLight,
-    pub(crate) compressor: Compressor<'a>,
+    pub(crate) ground: &'a Groundwork,
+    light: &'a SceneLight,
+    /// Of the probes.
+    basis: Basis,
+    /// Of the sky's own signals.
+    sky_basis: Basis,
+    compressor: Compressor<'a>,
 }
 
 /// Gather hits from which a group's probes are chosen.
@@ -60,30 +55,41 @@ struct View {
     surfels: Vec<u32>,
 }
 
-impl GroupWorker<'_> {
+impl<'a> GroupWorker<'a> {
+    /// For the groups of a scene.
+    pub(crate) fn new(ground: &'a Groundwork, light: &'a SceneLight) -> Self {
+        let Groundwork { settings, sites, error, .. } = ground;
+        let basis = |degree: u32| Basis::new(degree as usize);
+        Self {
+            ground,
+            light,
+            basis: basis(settings.sh_degree),
+            sky_basis: basis(settings.sky_degree.unwrap_or(0)),
+            compressor: Compressor { settings, error: *error, sites, split_rule: ground.cluster_rule() },
+        }
+    }
+
     /// Gathers and compresses a group.
     pub(crate) fn bake_group(&self, group: &[u32]) -> FinishedGroup {
         let views: Vec<View> = group.iter().map(|r| self.view(*r)).collect();
-        let is_hybrid = self.compressor.settings.method == Method::Hybrid;
+        let has_scalars = self.ground.plan.has_scalar_signals();
         let patches = match &self.light.ensemble {
-            Some(ensemble) if is_hybrid => self.choose_patches(ensemble, &views),
+            Some(ensemble) if has_scalars => self.choose_patches(ensemble, &views),
             _ => PatchChoice::default(),
         };
-        let scalars = is_hybrid.then(|| self.scalar_signals(group, &patches));
+        let scalars = has_scalars.then(|| self.scalar_signals(group, &patches));
         let probes = self.choose_probes(group, &views, scalars.as_ref());
         let builder = TransportBuilder {
-            tracer: self.tracer,
+            tracer: &self.ground.tracer,
             basis: &self.basis,
             scalars,
             support_radius: SUPPORT_MARGIN * self.farthest_distance(group, &probes),
-            probes: probes.iter().map(|p| self.probes.positions[*p as usize]).collect(),
+            probes: probes.iter().map(|p| self.ground.probes.positions[*p as usize]).collect(),
             coverage: self.coverage_of(&probes),
         };
         let mut transport = Transport::default();
         for (receiver, view) in group.iter().zip(&views) {
-            let place =
-                Place { receiver: &self.receivers[*receiver as usize], points: self.points.of(*receiver) };
-            builder.add_row(&place, &view.rays, &view.surfels, &mut transport);
+            builder.add_row(&self.ground.place(*receiver), &view.rays, &view.surfels, &mut transport);
         }
         if let Some(scalars) = &builder.scalars {
             transport.signals = scalars.numbers();
@@ -105,14 +111,12 @@ impl GroupWorker<'_> {
     }
 
     fn view(&self, receiver: u32) -> View {
-        let settings = self.compressor.settings;
-        let points = self.points.of(receiver);
-        let texel = self.receivers[receiver as usize].texel;
-        let all: Vec<GatherRay> =
-            gather_rays(self.tracer, texel, points, settings.gather_rays, settings.seed).collect();
+        let Groundwork { tracer, settings, .. } = self.ground;
+        let place = self.ground.place(receiver);
+        let all: Vec<GatherRay> = gather_rays(tracer, &place, settings.gather_rays, settings.seed).collect();
         let texels: Vec<u32> =
-            all.iter().map(|ray| ray.hit.map_or(NONE, |hit| self.atlas.texel_of_hit(&hit))).collect();
-        let surfels = texels.iter().map(|texel| self.light.surfels.surfel_of_texel(*texel)).collect();
+            all.iter().map(|ray| ray.hit.map_or(NONE, |hit| self.ground.atlas.texel_of_hit(&hit))).collect();
+        let surfels = texels.iter().map(|texel| self.light.sources.surfels.surfel_of_texel(*texel)).collect();
         let all = View { rays: all, surfels };
         let mut view = View::default();
         let mut end = 0;
@@ -146,18 +150,18 @@ impl GroupWorker<'_> {
                 seen.filter(|(surfel, _)| *surfel != NONE).collect()
             })
             .collect();
-        let error = PATCH_ERROR_SHARE * self.compressor.settings.max_cluster_error;
-        PatchChoice::new(&self.light.surfels, ensemble, &witnesses, &seen, error * error)
+        let error = PATCH_ERROR_SHARE * self.ground.settings.max_cluster_error;
+        PatchChoice::new(&self.light.sources.surfels, ensemble, &witnesses, &seen, error * error)
     }
 
     fn scalar_signals<'b>(&'b self, group: &[u32], patches: &'b PatchChoice) -> ScalarSignals<'b> {
         ScalarSignals {
             patches,
-            emitters: &self.light.emitters,
-            sampling: self.light.emitters.sampling(&bounds_of(self.receivers, group)),
+            emitters: &self.light.sources.emitters,
+            sampling: self.light.sources.emitters.sampling(&bounds_of(&self.ground.sites, group)),
             sky: &self.sky_basis,
-            first_emitter_signal: self.light.surfels.patches() as u32,
-            near_radius: self.compressor.settings.near_radius,
+            first_emitter_signal: self.light.sources.surfels.patches() as u32,
+            near_radius: self.ground.settings.near_radius,
         }
     }
 
@@ -171,26 +175,26 @@ impl GroupWorker<'_> {
         let sample: Vec<GatherHit> = far
             .iter()
             .step_by(far.len().div_ceil(CHOICE_HITS).max(1))
-            .map(|ray| ray.end(self.tracer))
+            .map(|ray| ray.end(&self.ground.tracer))
             .collect();
         if sample.is_empty() {
             return Vec::new();
         }
-        let most = self.compressor.settings.probes_per_cluster as usize;
-        choose_probes(self.tracer, self.probes, self.receivers, group, &sample, most)
+        let most = self.ground.settings.probes_per_cluster as usize;
+        choose_probes(self.ground, group, &sample, most)
     }
 
     fn coverage_of(&self, probes: &[u32]) -> Vec<f32> {
-        let coverage = &self.light.balance.coverage;
+        let coverage = &self.light.sources.balance.coverage;
         let of_probe = |p: &u32| coverage.chunks_exact(self.basis.len()).nth(*p as usize);
         probes.iter().filter_map(of_probe).flatten().copied().collect()
     }
 
     fn farthest_distance(&self, group: &[u32], probes: &[u32]) -> f32 {
-        let positions = || group.iter().map(|r| self.receivers[*r as usize].position);
+        let positions = || group.iter().map(|r| self.ground.sites[*r as usize].position);
         probes
             .iter()
-            .map(|p| self.probes.positions[*p as usize])
+            .map(|p| self.ground.probes.positions[*p as usize])
             .flat_map(|probe: Vec3| positions().map(move |position| position.distance(probe)))
             .fold(f32::MIN_POSITIVE, f32::max)
     }
@@ -199,7 +203,7 @@ impl GroupWorker<'_> {
     fn metric(&self, receivers: usize, transport: &Transport, probes: &[u32]) -> SignalMetric {
         let scalars = transport.signals.len();
         let coefficient = |c: usize| coefficient_of_column(c - scalars, probes.len());
-        let ensemble = match (self.compressor.settings.metric, &self.light.ensemble) {
+        let ensemble = match (self.ground.settings.metric, &self.light.ensemble) {
             (Metric::Radiance, Some(ensemble)) => ensemble,
             (Metric::Plain, _) => return SignalMetric::independent(vec![1.0; transport.columns]),
             _ => {
@@ -208,7 +212,7 @@ impl GroupWorker<'_> {
                 return SignalMetric::independent((0..transport.columns).map(strength).collect());
             }
         };
-        let per_probe = coefficient_count(self.compressor.settings.sh_degree as usize);
+        let per_probe = coefficient_count(self.ground.settings.sh_degree as usize);
         let lit = |c: usize| match transport.signals.get(c) {
             Some(signal) => ensemble.scalar(*signal as usize),
             None => {
@@ -222,8 +226,10 @@ impl GroupWorker<'_> {
             .enumerate()
             .map(|(c, row)| {
                 let mean_square = row.iter().map(|v| v * v).sum::<f32>() / row.len().max(1) as f32;
-                let parts =
-                    transport.signals.get(c).map_or(1.0, |s| self.light.surfels.surfels_in(*s) as f32);
+                let parts = transport
+                    .signals
+                    .get(c)
+                    .map_or(1.0, |s| self.light.sources.surfels.surfels_in(*s) as f32);
                 (mean_square / parts).sqrt()
             })
             .collect();

@@ -4,7 +4,7 @@
 //!
 //! | step | file | result |
 //! | --- | --- | --- |
-//! | settings | `options`, `quality` | defaults derived from the scene's scale, and presets |
+//! | wishes | `options` | what was asked for, completed by the scene's scale; settings once the steps have decided |
 //! | walls | `cut` | large triangles cut where walls stand on them, so that no chart runs under a wall |
 //! | lit sides | `sides` | which sides of the triangles have light of their own |
 //! | layout | `atlas`, `layout` | lightmap charts at the wanted density |
@@ -19,7 +19,8 @@
 //! | compression | `metric`, `compress`, `quantize` | truncated, split, packed (\[SED\] eq. 6) |
 //! | file | `assemble` | the [`probelight_asset::BakedScene`] and its report |
 //!
-//! `group_worker` runs the last steps but one for each cluster, `bake` all of them.
+//! `groundwork` runs the steps up to the outlooks; what they made, [`groundwork::Groundwork`], is all that later steps
+//! read. `group_worker` runs transport and compression for each cluster, `bake` all of them.
 
 mod air_spaces;
 mod assemble;
@@ -33,6 +34,7 @@ mod emitters;
 mod error;
 mod error_feedback;
 mod gather;
+mod groundwork;
 mod group_worker;
 mod layout;
 mod light_ensemble;
@@ -43,12 +45,12 @@ mod patch_choice;
 mod point_grid;
 mod probe_choice;
 mod probes;
-mod quality;
 mod quantize;
 mod receivers;
 mod relight;
 mod scene_light;
 mod sides;
+mod site;
 #[cfg(test)]
 mod small_scene;
 mod surface_samples;
@@ -59,5 +61,4 @@ mod voxels;
 
 pub use bake::bake;
 pub use error::BakeError;
-pub use options::{BakeOptions, DEFAULT_MAX_RECEIVERS, RELIGHT_RAY_BUDGET};
-pub use quality::{Preset, Quality};
+pub use options::{BakeOptions, DEFAULT_MAX_RECEIVERS, Preset, Quality, RELIGHT_RAY_BUDGET};

@@ -19,8 +19,8 @@ use probelight_trace::{Progress, Ray, Tracer, direct_irradiance};
 use rayon::prelude::*;
 
 use crate::BakeError;
-use crate::atlas::Atlas;
-use crate::emitters::Emitters;
+use crate::groundwork::Groundwork;
+use crate::scene_light::LightSources;
 use crate::surfels::SurfelTree;
 
 /// Lightings of each kind; emitters take part one by one, up to a limit.
@@ -76,21 +76,11 @@ impl LightEnsemble {
 }
 
 /// What the ensemble is made from.
-pub(crate) struct EnsembleInput<'a> {
-    pub(crate) tracer: &'a Tracer,
-    pub(crate) atlas: &'a Atlas,
-    pub(crate) tree: &'a SurfelTree,
-    pub(crate) emitters: &'a Emitters,
-    /// Positions in open space, metres: where lamps may hang.
-    pub(crate) probes: &'a [Vec3],
-    pub(crate) directions: &'a [Vec3],
-    /// Per relight ray: the surfel it meets, or [`NONE`] for the sky.
-    pub(crate) relight_surfels: &'a [u32],
-    pub(crate) relight_gains: &'a [u8],
-    pub(crate) sh_degree: usize,
-    /// Band limit of the sky's own signals; without them the probes see the sky and the emitters.
-    pub(crate) sky_degree: Option<usize>,
-    pub(crate) seed: u64,
+#[derive(Clone, Copy)]
+struct Input<'a> {
+    /// Lamps may hang where its probes are.
+    ground: &'a Groundwork,
+    sources: &'a LightSources,
 }
 
 /// One source of light, of unit strength.
@@ -120,9 +110,14 @@ impl RandomSky {
 
 impl LightEnsemble {
     /// Draws the lightings and lights the surfels and probes with each.
-    pub(crate) fn light(input: &EnsembleInput<'_>, progress: &dyn Progress) -> Result<Self, BakeError> {
+    pub(crate) fn light(
+        ground: &Groundwork,
+        sources: &LightSources,
+        progress: &dyn Progress,
+    ) -> Result<Self, BakeError> {
+        let input = Input { ground, sources };
         let lightings = draw_lightings(input);
-        let (count, surfels) = (lightings.len(), input.tree.surfels.len());
+        let (count, surfels) = (lightings.len(), input.sources.surfels.surfels.len());
         progress.begin("lighting with random lights", surfels as u64);
         let lit: Vec<LitSurfel> = (0..surfels)
             .into_par_iter()
@@ -138,11 +133,11 @@ impl LightEnsemble {
             return Err(BakeError::Cancelled);
         }
         let mut radiance = bounce(&lit, count);
-        let scales = normalize(&mut radiance, &input.tree.sizes[..surfels], count);
+        let scales = normalize(&mut radiance, &input.sources.surfels.sizes[..surfels], count);
         let weights = kind_weights(&lightings);
         let mut ensemble = Self { count, scalars: radiance, weights, ..Self::default() };
-        ensemble.add_groups(input.tree);
-        let sky = sky_of_directions(input.directions, &lightings, &scales);
+        ensemble.add_groups(&input.sources.surfels);
+        let sky = sky_of_directions(&input.ground.directions, &lightings, &scales);
         ensemble.probes = ensemble.light_probes(input, &sky);
         ensemble.add_emitters_and_sky(input, &lightings, &scales, &sky);
         Ok(ensemble)
@@ -167,15 +162,16 @@ impl LightEnsemble {
     }
 
     /// The probes' coefficients from the surfels' radiance.
-    fn light_probes(&self, input: &EnsembleInput<'_>, sky: &[f32]) -> Vec<f32> {
-        let (count, rays) = (self.count, input.directions.len());
-        let coefficients = coefficient_count(input.sh_degree);
-        let table = weighted_basis(input.directions, input.sh_degree);
-        let sky = input.sky_degree.is_none().then_some(sky);
+    fn light_probes(&self, input: Input<'_>, sky: &[f32]) -> Vec<f32> {
+        let (count, rays) = (self.count, input.ground.directions.len());
+        let coefficients = coefficient_count(input.ground.settings.sh_degree as usize);
+        let table = weighted_basis(&input.ground.directions, input.ground.settings.sh_degree as usize);
+        let sky = input.ground.settings.sky_degree.is_none().then_some(sky);
         let per_probe: Vec<Vec<f32>> = input
+            .sources
             .relight_surfels
             .par_chunks(rays.max(1))
-            .zip(input.relight_gains.par_chunks(rays.max(1)))
+            .zip(input.sources.balance.gains.par_chunks(rays.max(1)))
             .map(|(surfels, gains)| {
                 let mut sums = vec![0.0; coefficients * count];
                 for (ray, (surfel, gain)) in surfels.iter().zip(gains).enumerate() {
@@ -199,19 +195,19 @@ impl LightEnsemble {
     /// Appends the emitters' and the sky's signals.
     fn add_emitters_and_sky(
         &mut self,
-        input: &EnsembleInput<'_>,
+        input: Input<'_>,
         lightings: &[Lighting],
         scales: &[f32],
         sky: &[f32],
     ) {
-        for signal in 0..input.emitters.signals.len() as u32 {
+        for signal in 0..input.sources.emitters.signals.len() as u32 {
             let is_on = |l: &Lighting| matches!(l, Lighting::Emitter(e) if *e == signal);
             let radiance = lightings.iter().zip(scales).map(|(l, scale)| if is_on(l) { *scale } else { 0.0 });
             self.scalars.extend(radiance);
         }
-        let Some(degree) = input.sky_degree else { return };
-        let coefficients = coefficient_count(degree);
-        let table = weighted_basis(input.directions, degree);
+        let Some(degree) = input.ground.settings.sky_degree else { return };
+        let coefficients = coefficient_count(degree as usize);
+        let table = weighted_basis(&input.ground.directions, degree as usize);
         let mut sums = vec![0.0; coefficients * self.count];
         for (row, sky) in table.chunks_exact(coefficients).zip(sky.chunks(self.count)) {
             for (sums, y) in sums.chunks_mut(self.count).zip(row) {
@@ -223,14 +219,15 @@ impl LightEnsemble {
 }
 
 /// Draws the sources of light.
-fn draw_lightings(input: &EnsembleInput<'_>) -> Vec<Lighting> {
-    let mut rng = Rng::new(input.seed, 0x11_67);
+fn draw_lightings(input: Input<'_>) -> Vec<Lighting> {
+    let mut rng = Rng::new(input.ground.settings.seed, 0x11_67);
     let mut lightings = Vec::new();
-    let count = if input.probes.is_empty() { 0 } else { POINTS + SPOTS };
+    let count = if input.ground.probes.positions.is_empty() { 0 } else { POINTS + SPOTS };
     for i in 0..count {
         // Evenly through the probes, so that every room gets its lamps.
-        let at = (i as f32 + rng.next_f32()) / count as f32 * input.probes.len() as f32;
-        let position = input.probes[(at as usize).min(input.probes.len() - 1)];
+        let at = (i as f32 + rng.next_f32()) / count as f32 * input.ground.probes.positions.len() as f32;
+        let position =
+            input.ground.probes.positions[(at as usize).min(input.ground.probes.positions.len() - 1)];
         let direction = sphere_from_square(rng.next_vec2());
         let outer_angle = 0.2 + 0.6 * rng.next_f32();
         lightings.push(Lighting::Analytic(if i % 2 == 1 {
@@ -241,7 +238,7 @@ fn draw_lightings(input: &EnsembleInput<'_>) -> Vec<Lighting> {
         }));
     }
     for i in 0..SUNS {
-        let u = sobol_owen(i as u32, hash_pair(input.seed as u32, 3));
+        let u = sobol_owen(i as u32, hash_pair(input.ground.settings.seed as u32, 3));
         let (height, azimuth) = (0.05 + 0.95 * u.x, TAU * u.y);
         let across = (1.0 - height * height).sqrt();
         let direction = Vec3::new(across * azimuth.cos(), -height, across * azimuth.sin());
@@ -255,7 +252,7 @@ fn draw_lightings(input: &EnsembleInput<'_>) -> Vec<Lighting> {
         let lobe = Vec3::new(lobe.x, lobe.y.abs(), lobe.z);
         lightings.push(Lighting::Sky(RandomSky { zenith, horizon, ground, lobe, lobe_strength }));
     }
-    let emitters = input.emitters.signals.len();
+    let emitters = input.sources.emitters.signals.len();
     let step = emitters.div_ceil(MOST_EMITTERS).max(1);
     lightings.extend((0..emitters as u32).step_by(step).map(Lighting::Emitter));
     lightings
@@ -301,12 +298,13 @@ struct LitSurfel {
 }
 
 impl LitSurfel {
-    fn light(input: &EnsembleInput<'_>, lightings: &[Lighting], surfel: usize) -> Self {
-        let surfel_samples = input.tree.surfels[surfel];
-        let samples = &input.tree.light_samples[surfel_samples.first_sample as usize..]
+    fn light(input: Input<'_>, lightings: &[Lighting], surfel: usize) -> Self {
+        let surfel_samples = input.sources.surfels.surfels[surfel];
+        let samples = &input.sources.surfels.light_samples[surfel_samples.first_sample as usize..]
             [..surfel_samples.sample_count as usize];
         let chosen: Vec<&LightSample> = samples.iter().step_by(samples.len().div_ceil(SAMPLES)).collect();
-        let albedo = samples.iter().map(|s| albedo(input.tracer, s)).sum::<f32>() / samples.len() as f32;
+        let albedo =
+            samples.iter().map(|s| albedo(&input.ground.tracer, s)).sum::<f32>() / samples.len() as f32;
         let mut lit = Self {
             unbounced: direct_irradiances(input, lightings, &chosen),
             seen: Vec::new(),
@@ -319,7 +317,7 @@ impl LitSurfel {
             let sample = chosen[ray as usize % chosen.len()];
             lit.follow_ray(input, lightings, sample, sobol_owen(ray, hash_pair(surfel as u32, 0x5e1f)));
         }
-        if input.sky_degree.is_none() {
+        if input.ground.settings.sky_degree.is_none() {
             lit.add_own_emission(input, lightings, samples);
         }
         lit
@@ -328,15 +326,15 @@ impl LitSurfel {
     /// Adds what one ray brings: the sky's or an emitter's light at once, a surfel's later.
     fn follow_ray(
         &mut self,
-        input: &EnsembleInput<'_>,
+        input: Input<'_>,
         lightings: &[Lighting],
         sample: &LightSample,
         u: probelight_math::glam::Vec2,
     ) {
-        let normal = normal_of(input.tracer, sample);
+        let normal = normal_of(&input.ground.tracer, sample);
         let direction = world_from_tangent(normal) * cosine_hemisphere_from_square(u);
-        let origin = sample.position + normal * input.tracer.offset();
-        let Some(hit) = input.tracer.closest_hit(&Ray::new(origin, direction)) else {
+        let origin = sample.position + normal * input.ground.tracer.offset();
+        let Some(hit) = input.ground.tracer.closest_hit(&Ray::new(origin, direction)) else {
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
                 if let Lighting::Sky(sky) = lighting {
                     *value += self.weight * sky.radiance(direction);
@@ -344,28 +342,23 @@ impl LitSurfel {
             }
             return;
         };
-        if let Some(signal) = input.emitters.signal_of_hit(&hit) {
+        if let Some(signal) = input.sources.emitters.signal_of_hit(&hit) {
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
                 if matches!(lighting, Lighting::Emitter(e) if *e == signal) {
                     *value += self.weight;
                 }
             }
         }
-        let surfel = input.tree.surfel_of_hit(input.atlas, &hit);
+        let surfel = input.sources.surfels.surfel_of_hit(&input.ground.atlas, &hit);
         if surfel != NONE {
             self.seen.push(surfel);
         }
     }
 
     /// Emission that the probes see, where emitters have no signals of their own.
-    fn add_own_emission(
-        &mut self,
-        input: &EnsembleInput<'_>,
-        lightings: &[Lighting],
-        samples: &[LightSample],
-    ) {
+    fn add_own_emission(&mut self, input: Input<'_>, lightings: &[Lighting], samples: &[LightSample]) {
         for sample in samples.iter().filter(|s| !s.is_back_face()) {
-            let signal = input.emitters.signal_of_triangle(sample.triangle);
+            let signal = input.sources.emitters.signal_of_triangle(sample.triangle);
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
                 if matches!(lighting, Lighting::Emitter(e) if Some(*e) == signal) {
                     *value += 1.0 / samples.len() as f32;
@@ -376,16 +369,18 @@ impl LitSurfel {
 }
 
 /// Mean irradiance of some light samples straight from each analytic lighting.
-fn direct_irradiances(
-    input: &EnsembleInput<'_>,
-    lightings: &[Lighting],
-    samples: &[&LightSample],
-) -> Vec<f32> {
+fn direct_irradiances(input: Input<'_>, lightings: &[Lighting], samples: &[&LightSample]) -> Vec<f32> {
     let irradiance = |lighting: &Lighting| match lighting {
         Lighting::Analytic(light) => {
             let lights = std::slice::from_ref(light);
             let at = |s: &&LightSample| {
-                direct_irradiance(input.tracer, lights, s.position, normal_of(input.tracer, s)).x
+                direct_irradiance(
+                    &input.ground.tracer,
+                    lights,
+                    s.position,
+                    normal_of(&input.ground.tracer, s),
+                )
+                .x
             };
             samples.iter().map(at).sum::<f32>() / samples.len() as f32
         }

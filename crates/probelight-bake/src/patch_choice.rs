@@ -188,10 +188,10 @@ mod tests {
     fn views(scene: &SmallScene) -> (Vec<Vec<(u32, f32)>>, Vec<u32>) {
         let witness = |receiver| {
             let hits = scene.gather(receiver, 64).into_iter().filter_map(|ray| ray.hit);
-            let surfel = |hit| scene.light.surfels.surfel_of_hit(&scene.atlas, &hit);
+            let surfel = |hit| scene.light.sources.surfels.surfel_of_hit(&scene.ground.atlas, &hit);
             hits.map(|hit| (surfel(hit), 0.05)).filter(|(surfel, _)| *surfel != NONE).collect()
         };
-        let receivers = 0..scene.receivers.receivers.len() as u32;
+        let receivers = 0..scene.ground.sites.len() as u32;
         let witnesses: Vec<Vec<(u32, f32)>> = receivers.step_by(7).take(WITNESSES).map(witness).collect();
         let mut seen: Vec<u32> = witnesses.iter().flatten().map(|(surfel, _)| *surfel).collect();
         seen.sort_unstable();
@@ -202,7 +202,7 @@ mod tests {
     fn choose(scene: &SmallScene, tolerance: f32) -> PatchChoice {
         let (witnesses, seen) = views(scene);
         let ensemble = scene.light.ensemble.as_ref().unwrap();
-        PatchChoice::new(&scene.light.surfels, ensemble, &witnesses, &seen, tolerance)
+        PatchChoice::new(&scene.light.sources.surfels, ensemble, &witnesses, &seen, tolerance)
     }
 
     #[test]
@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn with_any_tolerance_only_the_roots_are_left() {
         let scene = SmallScene::load("cornell.glb");
-        let tree = &scene.light.surfels;
+        let tree = &scene.light.sources.surfels;
         let choice = choose(&scene, f32::INFINITY);
         assert!(!choice.patches.is_empty());
         assert!(choice.patches.iter().all(|patch| tree.parents[*patch as usize] == NONE));
@@ -229,7 +229,7 @@ mod tests {
     fn smaller_tolerances_take_more_patches_and_each_seen_surfel_has_exactly_one() {
         let scene = SmallScene::load("cornell.glb");
         let (_, seen) = views(&scene);
-        let tree = &scene.light.surfels;
+        let tree = &scene.light.sources.surfels;
         let choices = [1e-2, 1e-4, 1e-6].map(|tolerance| choose(&scene, tolerance));
         assert!(choices.is_sorted_by(|a, b| a.patches.len() < b.patches.len()));
         for surfel in seen {

@@ -6,9 +6,9 @@ use probelight_math::glam::Vec3;
 use probelight_trace::{Ray, Tracer};
 
 use crate::gather::GatherHit;
+use crate::groundwork::Groundwork;
 use crate::partition::centroid;
-use crate::point_grid::PointGrid;
-use crate::receivers::Receiver;
+use crate::site::Site;
 
 /// Receivers of a group from which candidates are looked for, probes tried from each, nearest first, and
 /// how many that it sees become candidates.
@@ -29,16 +29,10 @@ const WORTH_OF_SEEING: f32 = 0.4;
 
 /// Chooses at most `most` probes, greedily by what each adds to the service of `hits` (a sample of the
 /// cluster's gather hits).
-pub(crate) fn choose_probes(
-    tracer: &Tracer,
-    probes: &PointGrid,
-    receivers: &[Receiver],
-    group: &[u32],
-    hits: &[GatherHit],
-    most: usize,
-) -> Vec<u32> {
-    let candidates = find_candidates(tracer, probes, receivers, group);
-    let scale = typical_distance(receivers, group, hits);
+pub(crate) fn choose_probes(ground: &Groundwork, group: &[u32], hits: &[GatherHit], most: usize) -> Vec<u32> {
+    let Groundwork { tracer, probes, sites, .. } = ground;
+    let candidates = find_candidates(ground, group);
+    let scale = typical_distance(sites, group, hits);
     let mut services: Vec<(u32, Vec<f32>)> = candidates
         .into_iter()
         .map(|probe| {
@@ -74,12 +68,13 @@ pub(crate) fn choose_probes(
 
 /// The outlooks of all the group's receivers, and more of the probes nearest to some of them among those
 /// that these see; in order of their numbers.
-fn find_candidates(tracer: &Tracer, probes: &PointGrid, receivers: &[Receiver], group: &[u32]) -> Vec<u32> {
+fn find_candidates(ground: &Groundwork, group: &[u32]) -> Vec<u32> {
+    let Groundwork { tracer, probes, sites, .. } = ground;
     let mut candidates: BTreeSet<u32> =
-        group.iter().filter_map(|r| Some(receivers[*r as usize].outlook?.probe)).collect();
-    for receiver in group.iter().step_by(group.len().div_ceil(SCOUTS)) {
-        let receiver = &receivers[*receiver as usize];
-        let origin = receiver.ray_origin(tracer);
+        group.iter().filter_map(|s| Some(sites[*s as usize].outlook?.probe)).collect();
+    for site in group.iter().step_by(group.len().div_ceil(SCOUTS)) {
+        let site = &sites[*site as usize];
+        let origin = site.ray_origin(tracer);
         let seen = probes
             .nearest(origin, PROBES_TRIED_PER_SCOUT)
             .into_iter()
@@ -108,8 +103,8 @@ fn service(tracer: &Tracer, probe: Vec3, hit: &GatherHit, scale: f32) -> f32 {
 }
 
 /// Half the mean distance from the group's middle to what it sees, metres.
-fn typical_distance(receivers: &[Receiver], group: &[u32], hits: &[GatherHit]) -> f32 {
-    let middle = centroid(receivers, group);
+fn typical_distance(sites: &[Site], group: &[u32], hits: &[GatherHit]) -> f32 {
+    let middle = centroid(sites, group);
     let distances = hits.iter().filter_map(|hit| match hit {
         GatherHit::Surface { position, .. } => Some(position.distance(middle)),
         GatherHit::Sky(_) => None,

@@ -11,7 +11,7 @@ use probelight_trace::{Progress, Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::BakeError;
-use crate::options::Resolved;
+use crate::options::Wishes;
 use crate::point_grid::PointGrid;
 use crate::receivers::Receiver;
 use crate::sides::LitSides;
@@ -46,15 +46,14 @@ struct Candidate {
 /// Places probes for the scene and its receivers.
 pub(crate) fn place_probes(
     tracer: &Tracer,
-    resolved: &Resolved,
+    wishes: &Wishes,
     lit_sides: &LitSides,
     receivers: &[Receiver],
     progress: &dyn Progress,
 ) -> Result<Vec<Vec3>, BakeError> {
-    let (widest, uniform_spacing) = (resolved.settings.probe_spacing, resolved.uniform_spacing);
-    let smallest = resolved.smallest_spacing();
+    let (widest, smallest) = (wishes.widest_spacing, wishes.smallest_spacing);
     let grid = VoxelGrid::new(tracer.scene(), smallest * 0.5);
-    let places = grid.empty_near_surfaces(if uniform_spacing { 2 } else { 4 });
+    let places = grid.empty_near_surfaces(if wishes.has_uniform_spacing() { 2 } else { 4 });
     progress.begin("placing probes", places.len() as u64);
     let mut candidates: Vec<Candidate> = places
         .par_iter()
@@ -69,11 +68,7 @@ pub(crate) fn place_probes(
     candidates.sort_by(|a, b| b.free_distance.total_cmp(&a.free_distance));
     let mut probes = PointGrid::new(smallest);
     for candidate in candidates {
-        let spacing = if uniform_spacing {
-            widest
-        } else {
-            (candidate.free_distance * SPACING_PER_FREE_DISTANCE).clamp(smallest, widest)
-        };
+        let spacing = (candidate.free_distance * SPACING_PER_FREE_DISTANCE).clamp(smallest, widest);
         let is_clear = candidate.clearance >= CLEARANCE_PER_SPACING * spacing;
         if is_clear
             && !probes.any_within(candidate.position, spacing, |p| tracer.is_visible(p, candidate.position))

@@ -5,7 +5,6 @@ use probelight_asset::ERROR_STEPS;
 use probelight_asset::packed::{Precision, Ranks};
 use serde::{Deserialize, Serialize};
 
-use crate::DEFAULT_MAX_RECEIVERS;
 use crate::error_feedback::{ErrorFeedback, ROUNDING_VARIANCE};
 use crate::metric::SignalMetric;
 
@@ -68,14 +67,6 @@ pub(crate) struct Aim {
     pub(crate) must_be_met: bool,
     /// What a byte per receiver must save at least where that is out of reach: a share of the wanted error's energy.
     pub(crate) byte_price: f64,
-}
-
-/// [`Aim::byte_price`] of a scene with many receivers.
-const HIGHEST_BYTE_PRICE: f64 = 0.44;
-
-/// [`Aim::byte_price`] of a scene: bytes matter by how many there will be.
-pub(crate) fn byte_price(receivers: usize) -> f64 {
-    HIGHEST_BYTE_PRICE * (receivers as f64 / f64::from(DEFAULT_MAX_RECEIVERS)).min(1.0)
 }
 
 /// Packs the factors with the fewest bits that keep the wanted error; where none do, those beyond which more bytes
@@ -371,7 +362,7 @@ pub(crate) mod tests {
                 rows: &self.rows(),
             };
             let metric = SignalMetric::independent(self.moments.iter().map(|m| m.sqrt()).collect());
-            let aim = Aim { is_packed, error: target, must_be_met: false, byte_price: HIGHEST_BYTE_PRICE };
+            let aim = Aim { is_packed, error: target, must_be_met: false, byte_price: 0.44 };
             quantize(&factors, &metric, aim)
         }
 

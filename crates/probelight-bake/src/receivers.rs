@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use crate::atlas::Atlas;
 use crate::sides::LitSides;
+use crate::site::{Outlook, Site};
 use crate::texel_points::{SamplePoint, TexelPoints, point_on_face, texels_around};
 
 /// A place that gathers light.
@@ -34,8 +35,6 @@ pub(crate) struct Receiver {
     pub(crate) position: Vec3,
     /// Unit geometric normal on the lit side.
     pub(crate) normal: Vec3,
-    /// The nearest probe it sees; known once the probes are.
-    pub(crate) outlook: Option<Outlook>,
 }
 
 impl Receiver {
@@ -44,21 +43,13 @@ impl Receiver {
         self.position + self.normal * tracer.offset()
     }
 
-    /// The air space it lies in; `None` where no probe sees it.
-    pub(crate) fn air_space(&self) -> Option<u32> {
-        self.outlook.map(|outlook| outlook.air_space)
+    /// The receiver as a place that gathers light. Texels whose coordinates both have k trailing zero bits belong to
+    /// lightmap level k (\[SED\] §5.3).
+    pub(crate) fn site(&self, outlook: Option<Outlook>, lightmap_width: u32) -> Site {
+        let (x, y) = (self.texel % lightmap_width, self.texel / lightmap_width);
+        let level = (x | y).trailing_zeros();
+        Site { seed: self.texel, level, position: self.position, normal: self.normal, outlook }
     }
-}
-
-/// From where a receiver's surroundings are measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Outlook {
-    /// The nearest probe that the receiver sees.
-    pub(crate) probe: u32,
-    /// Its position, metres.
-    pub(crate) position: Vec3,
-    /// Its air space (see [`crate::air_spaces`]).
-    pub(crate) air_space: u32,
 }
 
 /// All receivers, in texel order, and how to fill the texels around them.
@@ -223,7 +214,7 @@ fn receiver_at(tracer: &Tracer, atlas: &Atlas, texel: u32, face: u32, point: Vec
     let SamplePoint { triangle, barycentric, position, normal, .. } =
         point_on_face(tracer, atlas, face, barycentric);
     let (chart, is_back_face) = (atlas.face_charts[face as usize], atlas.is_back_face(face));
-    Receiver { texel, chart, triangle, barycentric, is_back_face, position, normal, outlook: None }
+    Receiver { texel, chart, triangle, barycentric, is_back_face, position, normal }
 }
 
 /// Whether a place sees so many unlit sides that it must lie inside a solid.

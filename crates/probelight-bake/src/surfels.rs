@@ -8,13 +8,15 @@ use std::collections::BTreeMap;
 use probelight_asset::{LightSample, NONE, Surfel, SurfelGroup};
 use probelight_math::color::srgb8_from_linear;
 use probelight_math::glam::{Vec2, Vec3};
-use probelight_scene::{Bounds, Scene};
+use probelight_scene::Bounds;
 use probelight_trace::{Hit, Tracer};
 
 use crate::atlas::Atlas;
+use crate::groundwork::Groundwork;
 use crate::partition::{KdRule, by_air_space};
-use crate::receivers::{Receiver, Receivers};
-use crate::texel_points::{SamplePoint, TexelPoints, keep_exposed};
+use crate::receivers::Receiver;
+use crate::site::Site;
+use crate::texel_points::{SamplePoint, keep_exposed};
 
 /// A surfel's width that a unit difference of normals counts as: faces at right angles part.
 const WIDTHS_PER_NORMAL: f32 = 1.5;
@@ -36,34 +38,26 @@ pub(crate) struct SurfelTree {
 }
 
 impl SurfelTree {
-    /// Surfels about `size` metres wide, with at most `samples` light samples each.
-    pub(crate) fn build(
-        scene: &Scene,
-        atlas: &Atlas,
-        receivers: &Receivers,
-        size: f32,
-        samples: usize,
-    ) -> Self {
+    /// Surfels of the settings' size, with at most so many light samples each.
+    pub(crate) fn build(ground: &Groundwork) -> Self {
+        let size = ground.settings.surfel_size;
         let builder = Builder {
-            scene,
-            receivers: &receivers.receivers,
-            points: &receivers.points,
+            ground,
             shape: KdRule { meters_per_normal: WIDTHS_PER_NORMAL * size, by_outlook: false },
             rule: KdRule { meters_per_normal: WIDTHS_PER_NORMAL * size, by_outlook: true },
             size,
-            samples,
         };
         let mut tree = Self {
-            surfel_of_texel: vec![NONE; atlas.width as usize * atlas.height as usize],
+            surfel_of_texel: vec![NONE; ground.atlas.width as usize * ground.atlas.height as usize],
             ..Self::default()
         };
         let mut group_sizes = Vec::new();
-        for group in by_air_space(&receivers.receivers) {
-            for side in by_side(&receivers.receivers, group) {
+        for group in by_air_space(&ground.sites) {
+            for side in by_side(&ground.sites, group) {
                 builder.add_patch(side, &mut tree, &mut group_sizes);
             }
         }
-        for [texel, source] in &receivers.dilation {
+        for [texel, source] in &ground.receivers.dilation {
             tree.surfel_of_texel[*texel as usize] = tree.surfel_of_texel[*source as usize];
         }
         tree.number_groups(group_sizes);
@@ -71,27 +65,20 @@ impl SurfelTree {
     }
 
     /// One surfel for each relight ray that hits a surface, as the paper has it; and the surfel of each ray.
-    pub(crate) fn of_relight_hits(
-        tracer: &Tracer,
-        atlas: &Atlas,
-        probes: &[Vec3],
-        directions: &[Vec3],
-        hits: &[Option<Hit>],
-    ) -> (Self, Vec<u32>) {
+    pub(crate) fn of_relight_hits(ground: &Groundwork) -> (Self, Vec<u32>) {
+        let Groundwork { directions, probes, .. } = ground;
         let mut tree = Self::default();
-        let of_ray = hits
+        let of_ray = ground
+            .relight_hits
             .iter()
             .enumerate()
             .map(|(i, hit)| {
                 let Some(hit) = hit else { return NONE };
-                let (probe, direction) = (probes[i / directions.len()], directions[i % directions.len()]);
+                let (probe, direction) =
+                    (probes.positions[i / directions.len()], directions[i % directions.len()]);
                 let first_sample = tree.light_samples.len() as u32;
-                tree.light_samples.push(light_sample_at(
-                    tracer,
-                    atlas,
-                    hit,
-                    probe + direction * hit.distance,
-                ));
+                let position = probe + direction * hit.distance;
+                tree.light_samples.push(light_sample_at(&ground.tracer, &ground.atlas, hit, position));
                 tree.surfels.push(Surfel { first_sample, sample_count: 1 });
                 first_sample
             })
@@ -182,33 +169,34 @@ struct TexelPoint {
 }
 
 /// Parts a group by the side its receivers face: floors from ceilings, and from walls.
-fn by_side(receivers: &[Receiver], group: Vec<u32>) -> Vec<Vec<u32>> {
+fn by_side(sites: &[Site], group: Vec<u32>) -> Vec<Vec<u32>> {
     let mut sides: BTreeMap<[i32; 3], Vec<u32>> = BTreeMap::new();
     for r in group {
-        let side = receivers[r as usize].normal.to_array().map(|n| n.round() as i32);
+        let side = sites[r as usize].normal.to_array().map(|n| n.round() as i32);
         sides.entry(side).or_default().push(r);
     }
     sides.into_values().collect()
 }
 
 struct Builder<'a> {
-    scene: &'a Scene,
-    receivers: &'a [Receiver],
-    points: &'a TexelPoints,
+    ground: &'a Groundwork,
     /// Tells how large a patch is.
     shape: KdRule,
     /// Tells how a larger one is halved: what sees other things is apart sooner.
     rule: KdRule,
     size: f32,
-    samples: usize,
 }
 
 impl Builder<'_> {
+    fn receiver(&self, number: u32) -> &Receiver {
+        &self.ground.receivers.receivers[number as usize]
+    }
+
     /// Adds the patch of a group of receivers, smaller patches first.
     fn add_patch(&self, group: Vec<u32>, tree: &mut SurfelTree, group_sizes: &mut Vec<u32>) -> Patch {
         let size = self.area(&group);
-        let (first, second) = if self.shape.extent(self.receivers, &group) > self.size {
-            self.rule.split(self.receivers, group)
+        let (first, second) = if self.shape.extent(&self.ground.sites, &group) > self.size {
+            self.rule.split(&self.ground.sites, group)
         } else {
             match self.split_by_chart(group) {
                 Ok(halves) => halves,
@@ -224,7 +212,7 @@ impl Builder<'_> {
 
     /// Parts the first chart of a group from the others; gives the group back if it has only one.
     fn split_by_chart(&self, group: Vec<u32>) -> Result<(Vec<u32>, Vec<u32>), Vec<u32>> {
-        let chart = |r: &u32| self.receivers[*r as usize].chart;
+        let chart = |r: &u32| self.receiver(*r).chart;
         let first = chart(&group[0]);
         if group.iter().all(|r| chart(r) == first) {
             return Err(group);
@@ -237,21 +225,27 @@ impl Builder<'_> {
         let first_sample = tree.light_samples.len() as u32;
         let points: Vec<TexelPoint> = group
             .iter()
-            .flat_map(|r| self.points.of(*r).iter().map(|point| TexelPoint { receiver: *r, point: *point }))
+            .flat_map(|r| {
+                self.ground.points.of(*r).iter().map(|point| TexelPoint { receiver: *r, point: *point })
+            })
             .collect();
-        self.add_samples(keep_exposed(points, |p| p.point.exposure), self.samples, tree);
+        self.add_samples(
+            keep_exposed(points, |p| p.point.exposure),
+            self.ground.settings.samples_per_surfel as usize,
+            tree,
+        );
         let sample_count = tree.light_samples.len() as u32 - first_sample;
         tree.surfels.push(Surfel { first_sample, sample_count });
         tree.sizes.push(self.area(group));
         for receiver in group {
-            tree.surfel_of_texel[self.receivers[*receiver as usize].texel as usize] = surfel;
+            tree.surfel_of_texel[self.receiver(*receiver).texel as usize] = surfel;
         }
         Patch::Surfel(surfel)
     }
 
     /// Exposed area of a group of receivers: their points are equally dense everywhere.
     fn area(&self, group: &[u32]) -> u32 {
-        group.iter().flat_map(|r| self.points.of(*r)).map(|point| u32::from(point.exposure)).sum()
+        group.iter().flat_map(|r| self.ground.points.of(*r)).map(|point| u32::from(point.exposure)).sum()
     }
 
     /// Divides a surfel's points into parts of equal exposed area, as many as it may have samples, and adds one
@@ -280,7 +274,7 @@ impl Builder<'_> {
         let distance = |p: &&TexelPoint| p.point.position.distance_squared(middle);
         let nearest = part.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let TexelPoint { receiver, point } = nearest.copied().unwrap_or(part[0]);
-        let receiver = &self.receivers[receiver as usize];
+        let (receiver, scene) = (self.receiver(receiver), self.ground.tracer.scene());
         let mean = |texel: &dyn Fn(usize, Vec2) -> Vec3| {
             part.iter().map(|p| texel(p.point.triangle as usize, p.point.barycentric)).sum::<Vec3>() / count
         };
@@ -289,8 +283,8 @@ impl Builder<'_> {
             point.triangle,
             receiver.texel,
             receiver.is_back_face,
-            mean(&|triangle, at| self.scene.base_color_texel(triangle, at).truncate()),
-            mean(&|triangle, at| self.scene.emission_texel(triangle, at)),
+            mean(&|triangle, at| scene.base_color_texel(triangle, at).truncate()),
+            mean(&|triangle, at| scene.emission_texel(triangle, at)),
         )
     }
 }
@@ -344,9 +338,9 @@ mod tests {
 
     /// Texels of the receivers of each surfel.
     fn receivers_by_surfel(scene: &SmallScene) -> Vec<Vec<usize>> {
-        let tree = &scene.light.surfels;
+        let tree = &scene.light.sources.surfels;
         let mut members = vec![Vec::new(); tree.surfels.len()];
-        for (r, receiver) in scene.receivers.receivers.iter().enumerate() {
+        for (r, receiver) in scene.ground.receivers.receivers.iter().enumerate() {
             let surfel = tree.surfel_of_texel[receiver.texel as usize];
             members[surfel as usize].push(r);
         }
@@ -356,13 +350,13 @@ mod tests {
     #[test]
     fn surfels_divide_the_receivers_and_are_small_and_of_one_chart() {
         let scene = SmallScene::load("cornell.glb");
-        let tree = &scene.light.surfels;
-        let size = scene.resolved.settings.surfel_size;
+        let tree = &scene.light.sources.surfels;
+        let size = scene.ground.settings.surfel_size;
         let members = receivers_by_surfel(&scene);
         for (surfel, members) in members.iter().enumerate() {
-            let points = members.iter().flat_map(|r| scene.receivers.points.of(*r as u32));
+            let points = members.iter().flat_map(|r| scene.ground.points.of(*r as u32));
             assert_eq!(tree.sizes[surfel], points.map(|point| u32::from(point.exposure)).sum::<u32>());
-            let receiver = |r: &usize| &scene.receivers.receivers[*r];
+            let receiver = |r: &usize| &scene.ground.receivers.receivers[*r];
             let charts: BTreeSet<u32> = members.iter().map(|r| receiver(r).chart).collect();
             assert_eq!(charts.len(), 1, "surfel {surfel}");
             let (first, last) = (receiver(&members[0]), members.iter().map(receiver));
@@ -372,14 +366,14 @@ mod tests {
             }
         }
         let total: usize = members.iter().map(Vec::len).sum();
-        assert_eq!(total, scene.receivers.receivers.len());
+        assert_eq!(total, scene.ground.sites.len());
         assert!(members.len() * 2 < total, "{} surfels of {total} receivers", members.len());
     }
 
     #[test]
     fn groups_weigh_their_parts_by_area_and_keep_to_their_side_and_air_space() {
         let scene = SmallScene::load("rooms.glb");
-        let tree = &scene.light.surfels;
+        let tree = &scene.light.sources.surfels;
         assert_eq!(tree.sizes.len(), tree.patches());
         for (g, group) in tree.groups.iter().enumerate() {
             let [first, second] = group.children.map(|child| tree.sizes[child as usize]);
@@ -402,10 +396,10 @@ mod tests {
     #[test]
     fn light_samples_lie_on_texels_of_their_surfel() {
         let scene = SmallScene::load("cornell.glb");
-        let tree = &scene.light.surfels;
-        let most = scene.resolved.settings.samples_per_surfel;
+        let tree = &scene.light.sources.surfels;
+        let most = scene.ground.settings.samples_per_surfel;
         for ((s, surfel), members) in tree.surfels.iter().enumerate().zip(receivers_by_surfel(&scene)) {
-            let points: usize = members.iter().map(|r| scene.receivers.points.of(*r as u32).len()).sum();
+            let points: usize = members.iter().map(|r| scene.ground.points.of(*r as u32).len()).sum();
             let count = surfel.sample_count;
             assert!(count <= most && count as usize <= points && 2 * count >= most.min(points as u32));
             let samples = &tree.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize];
@@ -420,10 +414,10 @@ mod tests {
     fn light_samples_leave_out_what_lies_hidden_beside_exposed_surface() {
         // The lamp's panel hangs five millimetres below the ceiling.
         let scene = SmallScene::load("cornell_empty.glb");
-        let tree = &scene.light.surfels;
+        let tree = &scene.light.sources.surfels;
         let (mut hidden_points, mut hidden_samples, mut points, mut samples) = (0, 0, 0, 0);
         for (surfel, members) in tree.surfels.iter().zip(receivers_by_surfel(&scene)) {
-            let members = members.iter().flat_map(|r| scene.receivers.points.of(*r as u32));
+            let members = members.iter().flat_map(|r| scene.ground.points.of(*r as u32));
             let (hidden, exposed): (Vec<&SamplePoint>, Vec<&SamplePoint>) =
                 members.partition(|point| point.exposure < 10);
             if hidden.is_empty() || exposed.iter().all(|point| point.exposure < 50) {
@@ -447,8 +441,8 @@ mod tests {
         for receiver in (0..scene.receivers.receivers.len() as u32).step_by(20) {
             for ray in scene.gather(receiver, 32) {
                 let hit = ray.hit.expect("the room is closed");
-                let surfel = scene.light.surfels.surfel_of_hit(&scene.atlas, &hit);
-                assert!((surfel as usize) < scene.light.surfels.surfels.len());
+                let surfel = scene.light.sources.surfels.surfel_of_hit(&scene.atlas, &hit);
+                assert!((surfel as usize) < scene.light.sources.surfels.surfels.len());
             }
         }
     }

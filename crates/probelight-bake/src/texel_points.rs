@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use crate::atlas::Atlas;
 use crate::point_grid::PointGrid;
 use crate::receivers::{Receiver, barycentric_of};
+use crate::site::Site;
 
 /// Points are pulled this far towards the middle of their face, so that rays never start exactly on an edge
 /// shared with another wall.
@@ -39,12 +40,6 @@ impl SamplePoint {
     }
 }
 
-/// A receiver and the points of its texel.
-pub(crate) struct Place<'a> {
-    pub(crate) receiver: &'a Receiver,
-    pub(crate) points: &'a [SamplePoint],
-}
-
 /// The points of all receivers' texels.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TexelPoints {
@@ -69,22 +64,22 @@ const LEAST_EXPOSURE: u32 = 4;
 const POINTS_PER_TEXEL: u32 = 8;
 
 impl TexelPoints {
-    /// Measures the exposure of all points over a texel's width, and keeps only those that can be seen: that see
-    /// the receiver's outlook or one of the probes nearest to it, and are not much less exposed than others of
-    /// the texel. The others lie under furniture that stands on the texel. Where none sees a probe, all stay.
-    pub(crate) fn keep_those_in_sight(
-        &mut self,
+    /// The points that can be seen, with their exposure over a texel's width: those that see the site's outlook or one
+    /// of the probes nearest to it, and are not much less exposed than others of the texel. The others lie under
+    /// furniture that stands on the texel. Where none sees a probe, all stay.
+    pub(crate) fn in_sight(
+        &self,
         tracer: &Tracer,
-        receivers: &[Receiver],
+        sites: &[Site],
         probes: &PointGrid,
         texel_size: f32,
-    ) {
-        let kept: Vec<Vec<SamplePoint>> = (0..receivers.len() as u32)
+    ) -> Self {
+        let kept: Vec<Vec<SamplePoint>> = (0..sites.len() as u32)
             .into_par_iter()
             .map(|r| {
-                let receiver = &receivers[r as usize];
-                let near = probes.nearest(receiver.position, PROBES_TRIED);
-                let outlook = receiver.outlook.map(|outlook| outlook.probe);
+                let site = &sites[r as usize];
+                let near = probes.nearest(site.position, PROBES_TRIED);
+                let outlook = site.outlook.map(|outlook| outlook.probe);
                 let sees_a_probe = |point: &&SamplePoint| {
                     let mut probes = outlook.iter().chain(&near).map(|p| probes.positions[*p as usize]);
                     probes.any(|probe| tracer.is_visible(point.ray_origin(tracer), probe))
@@ -93,7 +88,7 @@ impl TexelPoints {
                 let seen: Vec<SamplePoint> = all.iter().filter(sees_a_probe).copied().collect();
                 let mut points = if seen.is_empty() { all.to_vec() } else { seen };
                 for (i, point) in (0..).zip(&mut points) {
-                    point.exposure = exposure(tracer, point, texel_size, hash_pair(receiver.texel, i));
+                    point.exposure = exposure(tracer, point, texel_size, hash_pair(site.seed, i));
                 }
                 keep_exposed(points, |point| point.exposure)
             })
@@ -102,8 +97,7 @@ impl TexelPoints {
             *end += points.len() as u32;
             Some(*end)
         });
-        self.first_points = std::iter::once(0).chain(ends).collect();
-        self.points = kept.concat();
+        Self { first_points: std::iter::once(0).chain(ends).collect(), points: kept.concat() }
     }
 
     /// Points on a receiver's texel; at least one.
@@ -210,7 +204,7 @@ mod tests {
         let scene = SmallScene::load("cornell_empty.glb");
         let exposure = |position, normal, distance| {
             let point = SamplePoint { position, normal, ..SamplePoint::default() };
-            exposure(&scene.tracer, &point, distance, 1)
+            exposure(&scene.ground.tracer, &point, distance, 1)
         };
         assert_eq!(exposure(Vec3::new(2.0, 0.0, 2.0), Vec3::Y, 0.1), FULL_EXPOSURE);
         assert!(exposure(Vec3::new(0.01, 0.0, 2.0), Vec3::Y, 0.5) >= FULL_EXPOSURE / 2);

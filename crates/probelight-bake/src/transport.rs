@@ -16,8 +16,7 @@ use crate::blur_balance::limited;
 use crate::emitters::{EmitterSampling, Emitters};
 use crate::gather::{GatherHit, GatherRay};
 use crate::patch_choice::PatchChoice;
-use crate::receivers::Receiver;
-use crate::texel_points::Place;
+use crate::site::{Place, Site};
 
 /// A cluster's uncompressed transport.
 #[derive(Clone, Debug, Default)]
@@ -144,7 +143,7 @@ impl TransportBuilder<'_> {
             Some(scalars) => self.add_scalar_signals(scalars, place, rays, surfels, half, transport),
             None => rays.iter().map(|ray| (ray.end(self.tracer), weight)).collect(),
         };
-        self.add_probes(place.receiver, &far, half, transport);
+        self.add_probes(place.site, &far, half, transport);
         let scalars = self.scalars.as_ref().map_or(0, |s| s.first_sky_column() + s.sky.len());
         transport.columns = scalars + self.probes.len() * self.basis.len();
     }
@@ -187,18 +186,12 @@ impl TransportBuilder<'_> {
     }
 
     /// The part of a row that comes from probes, for rays' ends and weights.
-    fn add_probes(
-        &self,
-        receiver: &Receiver,
-        ends: &[(GatherHit, f32)],
-        half: usize,
-        transport: &mut Transport,
-    ) {
+    fn add_probes(&self, site: &Site, ends: &[(GatherHit, f32)], half: usize, transport: &mut Transport) {
         let mut accumulator = RowAccumulator::new(self.basis, self.probes.len(), &self.coverage);
         let kernels: Vec<f32> = self
             .probes
             .iter()
-            .map(|p| support_kernel(p.distance(receiver.position), self.support_radius))
+            .map(|p| support_kernel(p.distance(site.position), self.support_radius))
             .collect();
         let mut has_seen = vec![false; self.probes.len()];
         let mut unserved = Vec::new();

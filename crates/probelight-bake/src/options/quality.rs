@@ -1,6 +1,6 @@
 //! Presets: one word for how much time and space a bake may take.
 
-use crate::DEFAULT_MAX_RECEIVERS;
+use super::{DEFAULT_MAX_RECEIVERS, RELIGHT_RAY_BUDGET};
 
 /// How good a bake should be. What a preset sets gives way to what [`BakeOptions`](crate::BakeOptions) sets
 /// itself.
@@ -28,11 +28,27 @@ pub struct Preset {
     pub max_cluster_error: f32,
     /// Most singular values per cluster.
     pub max_rank: u32,
+    /// Gather rays of all receivers together up to which each gets more of them.
+    pub gather_ray_budget: u64,
+    /// The same for the relight rays of all probes.
+    pub relight_ray_budget: u64,
+    /// What a byte per receiver must save, see [`BakeOptions::byte_price`](crate::BakeOptions::byte_price).
+    pub byte_price: f32,
+    /// Receivers from which on bytes have their full price. Of fewer, each may take more bytes.
+    pub full_price_receivers: u32,
 }
 
 /// The defaults. Rank: \[SED\] §3.3. An error of 0.02 is mostly the noise of the gather rays.
-const MEDIUM: Preset =
-    Preset { max_receivers: DEFAULT_MAX_RECEIVERS, gather_rays: 256, max_cluster_error: 0.02, max_rank: 32 };
+const MEDIUM: Preset = Preset {
+    max_receivers: DEFAULT_MAX_RECEIVERS,
+    gather_rays: 256,
+    max_cluster_error: 0.02,
+    max_rank: 32,
+    gather_ray_budget: DEFAULT_MAX_RECEIVERS as u64 * 256,
+    relight_ray_budget: RELIGHT_RAY_BUDGET,
+    byte_price: 0.44,
+    full_price_receivers: DEFAULT_MAX_RECEIVERS,
+};
 
 impl Quality {
     /// All presets, the cheapest first.
@@ -41,14 +57,19 @@ impl Quality {
     /// What the preset sets.
     pub const fn preset(self) -> Preset {
         match self {
-            Self::Preview => {
-                Preset { max_receivers: 50_000, gather_rays: 64, max_cluster_error: 0.08, ..MEDIUM }
-            }
+            Self::Preview => Preset {
+                max_receivers: 50_000,
+                gather_rays: 64,
+                max_cluster_error: 0.08,
+                gather_ray_budget: 50_000 * 64,
+                ..MEDIUM
+            },
             Self::Medium => MEDIUM,
             Self::High => Preset {
                 max_receivers: 2 * MEDIUM.max_receivers,
                 gather_rays: 2 * MEDIUM.gather_rays,
                 max_cluster_error: 0.015,
+                gather_ray_budget: 4 * MEDIUM.gather_ray_budget,
                 ..MEDIUM
             },
             Self::Production => Preset {
@@ -56,6 +77,8 @@ impl Quality {
                 gather_rays: 4 * MEDIUM.gather_rays,
                 max_cluster_error: 0.01,
                 max_rank: 64,
+                gather_ray_budget: 16 * MEDIUM.gather_ray_budget,
+                ..MEDIUM
             },
         }
     }

@@ -1,0 +1,110 @@
+//! The prepared scene: what all later steps read and none changes.
+
+use std::sync::Arc;
+
+use probelight_asset::BakeSettings;
+use probelight_math::directions::progressive_sphere;
+use probelight_math::glam::Vec3;
+use probelight_scene::Scene;
+use probelight_trace::{Hit, Progress, Tracer};
+
+use crate::air_spaces::find_outlooks;
+use crate::atlas::Atlas;
+use crate::cut::{CutScene, cut_along_walls};
+use crate::layout::fit_layout;
+use crate::options::{Decided, ErrorGoal, SignalPlan};
+use crate::partition::KdRule;
+use crate::point_grid::PointGrid;
+use crate::probes::place_probes;
+use crate::receivers::{Receivers, place_receivers};
+use crate::relight::trace_relight_rays;
+use crate::sides::LitSides;
+use crate::site::{Place, Site};
+use crate::texel_points::TexelPoints;
+use crate::{BakeError, BakeOptions};
+
+/// A scene with its lightmap, its sites and its probes.
+pub(crate) struct Groundwork {
+    /// Hash of the source scene's content.
+    pub(crate) scene_hash: u64,
+    /// What the bake was asked for, with what the steps decided.
+    pub(crate) settings: BakeSettings,
+    pub(crate) error: ErrorGoal,
+    pub(crate) plan: SignalPlan,
+    /// Of the scene cut along walls.
+    pub(crate) tracer: Tracer,
+    pub(crate) atlas: Atlas,
+    /// Lightmap texels with light of their own.
+    pub(crate) receivers: Receivers,
+    /// The places that gather light: the receivers', with the same numbers.
+    pub(crate) sites: Vec<Site>,
+    /// The points of each receiver's texel that can be seen.
+    pub(crate) points: TexelPoints,
+    pub(crate) probes: PointGrid,
+    /// Unit directions of the relight rays.
+    pub(crate) directions: Vec<Vec3>,
+    /// What they meet, a probe's rays in a row; `None` is the sky.
+    pub(crate) relight_hits: Vec<Option<Hit>>,
+}
+
+/// Prepares a scene: cuts it, lays out its lightmap, and places receivers and probes.
+pub(crate) fn prepare(
+    scene: Arc<Scene>,
+    options: &BakeOptions,
+    progress: &dyn Progress,
+) -> Result<Groundwork, BakeError> {
+    progress.begin("building the ray tracer", 1);
+    let scene_hash = scene.content_hash();
+    let tracer = Tracer::new(scene);
+    let wishes = options.resolve(&tracer)?;
+    let texel_size = wishes.density.estimated_texel_size(tracer.scene());
+    let CutScene { scene, seams } = cut_along_walls(tracer.scene(), texel_size);
+    let tracer = Tracer::new(Arc::new(scene));
+    let lit_sides = LitSides::find(&tracer, wishes.smallest_spacing * 0.5, wishes.seed);
+    let layout = fit_layout(&tracer, &lit_sides, &seams, &wishes, progress)?;
+    let receivers = place_receivers(&tracer, &layout.atlas, &lit_sides);
+    let probes = place_probes(&tracer, &wishes, &lit_sides, &receivers.receivers, progress)?;
+    let settings = wishes.settle(Decided {
+        texels_per_meter: layout.texels_per_meter,
+        receivers: receivers.receivers.len(),
+        probes: probes.len(),
+    });
+    let directions = progressive_sphere(settings.relight_rays as usize);
+    let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
+    let probes = PointGrid::of(&probes, settings.probe_spacing * 0.5);
+    let outlooks = find_outlooks(&tracer, &probes, &directions, &relight_hits, &receivers.receivers);
+    let sites: Vec<Site> = receivers
+        .receivers
+        .iter()
+        .zip(outlooks)
+        .map(|(receiver, outlook)| receiver.site(outlook, layout.atlas.width))
+        .collect();
+    let points = receivers.points.in_sight(&tracer, &sites, &probes, 1.0 / settings.texels_per_meter);
+    Ok(Groundwork {
+        scene_hash,
+        settings,
+        error: wishes.error,
+        plan: wishes.plan,
+        tracer,
+        atlas: layout.atlas,
+        receivers,
+        sites,
+        points,
+        probes,
+        directions,
+        relight_hits,
+    })
+}
+
+impl Groundwork {
+    /// A site and its points.
+    pub(crate) fn place(&self, site: u32) -> Place<'_> {
+        Place { site: &self.sites[site as usize], points: self.points.of(site) }
+    }
+
+    /// How clusters of sites are divided: those facing opposite ways before those half a full cluster's width apart.
+    pub(crate) fn cluster_rule(&self) -> KdRule {
+        let width = (self.settings.receivers_per_cluster as f32).sqrt() / self.settings.texels_per_meter;
+        KdRule { meters_per_normal: 0.5 * width, by_outlook: true }
+    }
+}

@@ -1,0 +1,343 @@
+//! What a bake is asked for, checked, with the defaults that the scene gives; and the settings that follow.
+
+use std::ops::RangeInclusive;
+
+use probelight_asset::{BakeSettings, Method, Metric, Storage};
+use probelight_scene::Scene;
+use probelight_trace::Tracer;
+
+use super::free_distance::typical_free_distance;
+use super::{BakeOptions, SignalPlan, SurfaceSignals};
+use crate::BakeError;
+
+/// Default texel edge as a share of the typical free distance.
+const TEXEL_PER_FREE_DISTANCE: f32 = 1.0 / 32.0;
+
+/// Default surfel width as a share of the typical free distance, and in texels at least.
+const SURFEL_PER_FREE_DISTANCE: f32 = 0.1;
+const TEXELS_PER_SURFEL: f32 = 2.5;
+
+/// Default near radius in surfel widths: farther away, probes see as finely as the surfels are.
+const SURFELS_PER_NEAR_RADIUS: f32 = 8.0;
+
+/// How often the rays of a receiver or probe are doubled where there are few of them. A receiver's noise halves
+/// with each two doublings, while the texels' size remains.
+const DOUBLINGS_OF_RAYS: u32 = 2;
+
+/// Singular values that a cluster may have at most.
+const HIGHEST_RANK: u32 = 256;
+
+/// Lowest probe density unless asked otherwise, per m³ (\[SED\] §3).
+const SPARSEST_PROBE_DENSITY: f32 = 0.02;
+
+/// Smallest probe spacing as a share of the largest, where it follows the local free distance.
+const SMALLEST_SPACING: f32 = 0.25;
+
+/// How fine the lightmap is to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum TexelDensity {
+    /// Texels per metre.
+    Fixed(f32),
+    /// As many receivers.
+    Receivers(u32),
+    /// Texels per metre, fewer if there would be more receivers.
+    AtMost { receivers: u32, texels_per_meter: f32 },
+}
+
+impl TexelDensity {
+    /// The number of receivers that decides, if one does.
+    pub(crate) fn receivers(self) -> Option<u32> {
+        match self {
+            Self::Fixed(_) => None,
+            Self::Receivers(receivers) | Self::AtMost { receivers, .. } => Some(receivers),
+        }
+    }
+
+    /// Texels per metre that are not exceeded.
+    pub(crate) fn limit(self) -> f32 {
+        match self {
+            Self::Fixed(texels_per_meter) | Self::AtMost { texels_per_meter, .. } => texels_per_meter,
+            Self::Receivers(_) => f32::INFINITY,
+        }
+    }
+
+    /// About how large a texel will be, metres, before the layout is known.
+    pub(crate) fn estimated_texel_size(self, scene: &Scene) -> f32 {
+        let fitting = |receivers| (scene.surface_area() / f64::from(receivers)).sqrt() as f32;
+        self.receivers().map_or(0.0, fitting).max(1.0 / self.limit())
+    }
+}
+
+/// Relative error of a cluster's stored matrix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ErrorGoal {
+    /// As far as the rank and reasonable bytes allow.
+    About(f32),
+    /// In every cluster, at any number of bytes.
+    AtMost(f32),
+}
+
+impl ErrorGoal {
+    pub(crate) fn error(self) -> f32 {
+        match self {
+            Self::About(error) | Self::AtMost(error) => error,
+        }
+    }
+
+    pub(crate) fn must_be_met(self) -> bool {
+        matches!(self, Self::AtMost(_))
+    }
+}
+
+/// How many rays each receiver or probe has.
+#[derive(Clone, Copy, Debug)]
+struct Rays {
+    fewest: u32,
+    /// Rays of all together that doubling them does not exceed; none where the number is fixed.
+    budget: Option<u64>,
+}
+
+impl Rays {
+    /// Doubled, a few times at most, while those of all stay within the budget.
+    fn of_each(self, count: usize) -> u32 {
+        let fits = |rays: &u32| self.budget.is_some_and(|budget| u64::from(*rays) * count as u64 <= budget);
+        let doublings = (0..=DOUBLINGS_OF_RAYS).map(|doublings| self.fewest << doublings);
+        doublings.skip(1).take_while(fits).last().unwrap_or(self.fewest)
+    }
+}
+
+/// Width of the surfels, metres.
+#[derive(Clone, Copy, Debug)]
+enum SurfelSize {
+    Fixed(f32),
+    /// But a few texels at least.
+    About(f32),
+}
+
+/// What a bake is asked for, with the scene's defaults. Nothing changes it.
+#[derive(Clone, Debug)]
+pub(crate) struct Wishes {
+    pub(crate) plan: SignalPlan,
+    pub(crate) density: TexelDensity,
+    /// Whether the scene's second texture coordinates are used where they are valid.
+    pub(crate) use_uv1: bool,
+    /// Largest distance between neighbouring probes, metres.
+    pub(crate) widest_spacing: f32,
+    /// Smallest distance between neighbouring probes, metres; the same if the user fixed their density.
+    pub(crate) smallest_spacing: f32,
+    pub(crate) error: ErrorGoal,
+    pub(crate) seed: u64,
+    method: Method,
+    metric: Metric,
+    storage: Storage,
+    surfel_size: SurfelSize,
+    samples_per_surfel: u32,
+    near_radius: Option<f32>,
+    gather_rays: Rays,
+    relight_rays: Rays,
+    sh_degree: u32,
+    max_rank: u32,
+    probes_per_cluster: u32,
+    receivers_per_cluster: u32,
+    blend_borders: bool,
+    byte_price: BytePrice,
+}
+
+/// What a byte per receiver must save where the wanted error is out of reach, see [`BakeSettings::byte_price`].
+#[derive(Clone, Copy, Debug)]
+enum BytePrice {
+    Fixed(f32),
+    /// Bytes matter by how many there will be: this price from so many receivers on, less for fewer.
+    FromReceivers(f32, u32),
+}
+
+/// What the steps of a bake decide.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Decided {
+    pub(crate) texels_per_meter: f32,
+    pub(crate) receivers: usize,
+    pub(crate) probes: usize,
+}
+
+impl Wishes {
+    /// The distance between neighbouring probes is the same everywhere.
+    pub(crate) fn has_uniform_spacing(&self) -> bool {
+        self.smallest_spacing == self.widest_spacing
+    }
+
+    /// The settings that go into the file.
+    pub(crate) fn settle(&self, decided: Decided) -> BakeSettings {
+        let surfel_size = match self.surfel_size {
+            SurfelSize::Fixed(size) => size,
+            SurfelSize::About(size) => size.max(TEXELS_PER_SURFEL / decided.texels_per_meter),
+        };
+        let near_radius = match self.plan.surfaces {
+            SurfaceSignals::RelightHits => None,
+            SurfaceSignals::Patches => {
+                Some(self.near_radius.unwrap_or(SURFELS_PER_NEAR_RADIUS * surfel_size))
+            }
+        };
+        BakeSettings {
+            method: self.method,
+            metric: self.metric,
+            storage: self.storage,
+            texels_per_meter: decided.texels_per_meter,
+            probe_spacing: self.widest_spacing,
+            sh_degree: self.sh_degree,
+            sky_degree: self.plan.sky_degree,
+            surfel_size,
+            samples_per_surfel: self.samples_per_surfel,
+            near_radius,
+            gather_rays: self.gather_rays.of_each(decided.receivers),
+            relight_rays: self.relight_rays.of_each(decided.probes),
+            probes_per_cluster: self.probes_per_cluster,
+            receivers_per_cluster: self.receivers_per_cluster,
+            blend_borders: self.blend_borders,
+            max_rank: self.max_rank,
+            max_cluster_error: self.error.error(),
+            byte_price: match self.byte_price {
+                BytePrice::Fixed(price) => price,
+                BytePrice::FromReceivers(price, many) => {
+                    price * (decided.receivers as f32 / many as f32).min(1.0)
+                }
+            },
+            seed: self.seed,
+        }
+    }
+}
+
+impl BakeOptions {
+    /// Checks the options and fills in the defaults for one scene.
+    pub(crate) fn resolve(&self, tracer: &Tracer) -> Result<Wishes, BakeError> {
+        let preset = self.quality.unwrap_or_default().preset();
+        let method = self.method.unwrap_or_default();
+        let plan = SignalPlan::of(method);
+        let free_distance = typical_free_distance(tracer);
+        let error = positive("the largest cluster error", self.max_cluster_error)?;
+        let error = match (error, self.max_rank) {
+            (Some(error), None) => ErrorGoal::AtMost(error),
+            (error, _) => ErrorGoal::About(error.unwrap_or(preset.max_cluster_error)),
+        };
+        let default_rank = if error.must_be_met() { HIGHEST_RANK } else { preset.max_rank };
+        let probe_density = positive("the probe density", self.probe_density)?;
+        let widest_spacing = probe_density.unwrap_or(SPARSEST_PROBE_DENSITY).powf(-1.0 / 3.0);
+        let budget =
+            |option: Option<u32>, budget: u64| (plan.fills_ray_budgets && option.is_none()).then_some(budget);
+        let surfel_size = positive("the surfel size", self.surfel_size)?;
+        let byte_price = positive("the price of a byte", self.byte_price)?;
+        Ok(Wishes {
+            plan,
+            density: self.density(free_distance, preset.max_receivers)?,
+            use_uv1: self.use_uv1,
+            widest_spacing,
+            smallest_spacing: widest_spacing * if probe_density.is_some() { 1.0 } else { SMALLEST_SPACING },
+            error,
+            seed: self.seed.unwrap_or(0),
+            method,
+            metric: self.metric.unwrap_or(plan.metric),
+            storage: self.storage.unwrap_or(plan.storage),
+            surfel_size: surfel_size
+                .map_or(SurfelSize::About(free_distance * SURFEL_PER_FREE_DISTANCE), SurfelSize::Fixed),
+            samples_per_surfel: within("the samples per surfel", self.samples_per_surfel, 16, 1..=64)?,
+            near_radius: positive("the near radius", self.near_radius)?,
+            gather_rays: Rays {
+                fewest: within(
+                    "the gather rays",
+                    self.gather_rays,
+                    plan.gather_rays_factor * preset.gather_rays,
+                    16..=65_536,
+                )?,
+                budget: budget(self.gather_rays, preset.gather_ray_budget),
+            },
+            relight_rays: Rays {
+                fewest: within("the relight rays", self.relight_rays, 512, 16..=16_384)?,
+                budget: budget(self.relight_rays, preset.relight_ray_budget),
+            },
+            sh_degree: within("the SH degree", self.sh_degree, 7, 0..=11)?,
+            max_rank: within("the rank", self.max_rank, default_rank, 1..=HIGHEST_RANK)?,
+            probes_per_cluster: within(
+                "the probes per cluster",
+                self.probes_per_cluster,
+                plan.probes_per_cluster,
+                1..=40,
+            )?,
+            receivers_per_cluster: within(
+                "the receivers per cluster",
+                self.receivers_per_cluster,
+                plan.receivers_per_cluster,
+                16..=4096,
+            )?,
+            blend_borders: self.blend_borders.unwrap_or(plan.blend_borders),
+            byte_price: byte_price.map_or(
+                BytePrice::FromReceivers(preset.byte_price, preset.full_price_receivers),
+                BytePrice::Fixed,
+            ),
+        })
+    }
+
+    fn density(&self, free_distance: f32, max_receivers: u32) -> Result<TexelDensity, BakeError> {
+        let receivers = self
+            .receivers
+            .map(|n| within("the number of receivers", Some(n), n, 1..=64_000_000))
+            .transpose()?;
+        Ok(match (positive("the texel density", self.texels_per_meter)?, receivers) {
+            (Some(texels_per_meter), _) => TexelDensity::Fixed(texels_per_meter),
+            (None, Some(receivers)) => TexelDensity::Receivers(receivers),
+            (None, None) => TexelDensity::AtMost {
+                receivers: max_receivers,
+                texels_per_meter: 1.0 / (free_distance * TEXEL_PER_FREE_DISTANCE),
+            },
+        })
+    }
+}
+
+/// An option that must be a positive number.
+fn positive(option: &'static str, value: Option<f32>) -> Result<Option<f32>, BakeError> {
+    match value {
+        Some(v) if !(v > 0.0 && v.is_finite()) => {
+            Err(BakeError::Option { option, expected: "positive".to_owned(), got: v.to_string() })
+        }
+        other => Ok(other),
+    }
+}
+
+/// An option, or its default, that must be within a range.
+fn within(
+    option: &'static str,
+    value: Option<u32>,
+    default: u32,
+    range: RangeInclusive<u32>,
+) -> Result<u32, BakeError> {
+    let value = value.unwrap_or(default);
+    if range.contains(&value) {
+        return Ok(value);
+    }
+    let expected = format!("{} to {}", range.start(), range.end());
+    Err(BakeError::Option { option, expected, got: value.to_string() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_get_more_rays_and_many_do_not() {
+        let of_each = |count, budget| Rays { fewest: 512, budget }.of_each(count);
+        let budget = Some(512 * 1024);
+        assert_eq!(
+            [1, 256, 257, 512, 513, 1 << 20].map(|n| of_each(n, budget)),
+            [2048, 2048, 1024, 1024, 512, 512]
+        );
+        assert_eq!(of_each(1, None), 512, "what the user asked for stays");
+    }
+
+    #[test]
+    fn a_number_of_receivers_is_a_wish_or_a_limit() {
+        let scene = Scene::default();
+        assert_eq!(TexelDensity::Fixed(4.0).estimated_texel_size(&scene), 0.25);
+        let density = TexelDensity::AtMost { receivers: 10, texels_per_meter: 2.0 };
+        assert_eq!((density.receivers(), density.limit()), (Some(10), 2.0));
+        assert_eq!(density.estimated_texel_size(&scene), 0.5, "no area, so the density decides");
+        assert_eq!(TexelDensity::Receivers(10).limit(), f32::INFINITY);
+    }
+}

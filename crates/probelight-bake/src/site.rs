@@ -1,0 +1,59 @@
+//! Sites: places that gather light, whatever their light is stored for.
+//!
+//! Gathering, the choice of signals, transport and compression know sites only. That a site is a lightmap texel
+//! matters to the steps before ([`crate::receivers`]) and to the file.
+
+use probelight_math::glam::Vec3;
+use probelight_scene::Bounds;
+use probelight_trace::Tracer;
+
+use crate::texel_points::SamplePoint;
+
+/// A place that gathers light.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Site {
+    /// Seeds its random numbers, and orders it among others of its level; no two sites have the same.
+    pub(crate) seed: u32,
+    /// Coarsest level of detail that it belongs to.
+    pub(crate) level: u32,
+    /// World position, metres.
+    pub(crate) position: Vec3,
+    /// Unit; towards the side that it gathers from.
+    pub(crate) normal: Vec3,
+    /// The nearest probe it sees; `None` where none does.
+    pub(crate) outlook: Option<Outlook>,
+}
+
+/// From where a site's surroundings are measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Outlook {
+    /// The nearest probe that the site sees.
+    pub(crate) probe: u32,
+    /// Its position, metres.
+    pub(crate) position: Vec3,
+    /// Its air space (see [`crate::air_spaces`]).
+    pub(crate) air_space: u32,
+}
+
+/// A site and the points that its rays start from.
+pub(crate) struct Place<'a> {
+    pub(crate) site: &'a Site,
+    pub(crate) points: &'a [SamplePoint],
+}
+
+impl Site {
+    /// Where rays from the site start: moved off the surface.
+    pub(crate) fn ray_origin(&self, tracer: &Tracer) -> Vec3 {
+        self.position + self.normal * tracer.offset()
+    }
+
+    /// The air space it lies in; `None` where no probe sees it.
+    pub(crate) fn air_space(&self) -> Option<u32> {
+        self.outlook.map(|outlook| outlook.air_space)
+    }
+}
+
+/// Box around a group of sites, metres.
+pub(crate) fn bounds_of(sites: &[Site], group: &[u32]) -> Bounds {
+    Bounds::of(group.iter().map(|s| sites[*s as usize].position))
+}
