@@ -1,7 +1,10 @@
 //! Putting the finished groups together into a baked scene.
 
-use probelight_asset::{BakeReport, BakedScene, Cluster, LightmapLayout, Method, NONE, Probe, Surfel};
+use std::sync::Arc;
+
+use probelight_asset::{BakeReport, BakedParts, Cluster, LightmapLayout, Method, NONE, Probe, Surfel};
 use probelight_math::glam::Vec3;
+use probelight_scene::Scene;
 
 use crate::atlas::Atlas;
 use crate::checkpoint::FinishedGroup;
@@ -12,7 +15,7 @@ use crate::scene_light::SceneLight;
 
 /// All that the steps before have produced.
 pub(crate) struct BakeParts {
-    pub(crate) scene: probelight_scene::Scene,
+    pub(crate) scene: Arc<Scene>,
     pub(crate) scene_hash: u64,
     pub(crate) resolved: Resolved,
     pub(crate) atlas: Atlas,
@@ -23,10 +26,10 @@ pub(crate) struct BakeParts {
 }
 
 /// Lines up the groups' clusters, in order, behind the shared arrays.
-pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedScene {
+pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedParts {
     let gather_rays = u64::from(parts.resolved.settings.gather_rays);
     let report = report(&parts, &groups, gather_rays * parts.receivers.receivers.len() as u64);
-    let mut baked = BakedScene {
+    let mut baked = BakedParts {
         scene_hash: parts.scene_hash,
         settings: parts.resolved.settings,
         report,
@@ -47,7 +50,7 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
         relight_surfels: parts.light.relight_surfels,
         relight_gains: parts.light.balance.gains,
         scene: parts.scene,
-        ..BakedScene::default()
+        ..BakedParts::default()
     };
     let receivers = &parts.receivers.receivers;
     let probe_numbers = keep_used_probes(&mut baked, &groups);
@@ -94,7 +97,7 @@ pub(crate) fn assemble(parts: BakeParts, groups: Vec<FinishedGroup>) -> BakedSce
 }
 
 /// Leaves out probes that no cluster draws on; returns the new number of each probe that stays.
-fn keep_used_probes(baked: &mut BakedScene, groups: &[FinishedGroup]) -> Vec<u32> {
+fn keep_used_probes(baked: &mut BakedParts, groups: &[FinishedGroup]) -> Vec<u32> {
     let mut is_used = vec![false; baked.probes.len()];
     for probe in groups.iter().flat_map(|g| &g.clusters).flat_map(|c| &c.probes) {
         is_used[*probe as usize] = true;
@@ -117,7 +120,7 @@ fn retain<T>(values: &mut Vec<T>, mut stays: impl Iterator<Item = bool>) {
 }
 
 /// Leaves out the surfels of relight rays whose probe is left out; each has one light sample.
-fn keep_seen_surfels(baked: &mut BakedScene) {
+fn keep_seen_surfels(baked: &mut BakedParts) {
     let seen = baked.relight_surfels.iter_mut().filter(|surfel| **surfel != NONE);
     baked.light_samples = (0..)
         .zip(seen)

@@ -93,7 +93,7 @@ pub fn bake(
     };
     let finished = gather_groups(&worker, &groups, checkpoint, fingerprint, progress)?;
     let parts = BakeParts {
-        scene: Scene::clone(tracer.scene()),
+        scene: Arc::clone(tracer.scene()),
         scene_hash,
         resolved,
         receivers,
@@ -102,7 +102,7 @@ pub fn bake(
         directions,
         light,
     };
-    Ok(assemble(parts, finished))
+    Ok(BakedScene::new(assemble(parts, finished))?)
 }
 
 /// Receivers facing opposite ways are split before those half a full cluster's width apart.
