@@ -92,7 +92,7 @@ fn brighten(light: &mut Light) {
 
 fn measure_cpu(baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
     let bytes = stage_bytes(&baked, show.lights_move);
-    let mut runtime = Runtime::new(baked)?;
+    let mut runtime = Runtime::new(baked);
     let mut measure = |frame| {
         runtime.set_lighting(show.lighting(frame));
         runtime.step()

@@ -1,8 +1,13 @@
 //! The schema of a baked scene.
 //!
+//! [`BakedParts`] is plain data; [`BakedScene`] is the same data after every promise was checked, for reading only.
+//!
 //! Everything is ordered so that a lower level of detail is a prefix: relight points by their direction's
 //! place in the progressive set, a cluster's columns by spherical-harmonics band, its singular values
 //! descending, its receivers coarsest lightmap level first.
+
+use std::ops::Deref;
+use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use probelight_math::glam::{Vec2, Vec3};
@@ -10,16 +15,49 @@ use probelight_math::sh::coefficient_count;
 use probelight_scene::{Bounds, Scene};
 use serde::{Deserialize, Serialize};
 
+use crate::InvalidParts;
 use crate::packed::Ranks;
 
 /// Stands for "no such index".
 pub const NONE: u32 = u32::MAX;
 
-/// What a bake leaves behind: everything the runtime needs, without the source scene's file.
+/// [`BakedParts`] that are known to be valid: every index is in range, every number finite, every length right.
+///
+/// The parts can be read but not changed; [`into_parts`](Self::into_parts) gives them back.
+#[derive(Clone, Debug)]
+pub struct BakedScene(BakedParts);
+
+impl BakedScene {
+    /// Checks every promise that the runtime relies on: matching lengths, indices in range, finite numbers,
+    /// surfels and clusters that lie one after the other, a lightmap whose size fits its use.
+    ///
+    /// # Errors
+    /// Names the first thing that is wrong.
+    pub fn new(parts: BakedParts) -> Result<Self, InvalidParts> {
+        parts.check().map_err(|reason| InvalidParts { reason })?;
+        Ok(Self(parts))
+    }
+
+    /// The parts, to be changed.
+    pub fn into_parts(self) -> BakedParts {
+        self.0
+    }
+}
+
+impl Deref for BakedScene {
+    type Target = BakedParts;
+
+    fn deref(&self) -> &BakedParts {
+        &self.0
+    }
+}
+
+/// What a bake leaves behind: everything the runtime needs, without the source scene's file. Nothing is checked
+/// before it becomes a [`BakedScene`].
 #[derive(Clone, Debug, Default)]
-pub struct BakedScene {
-    /// Geometry, materials and textures the scene was baked with.
-    pub scene: Scene,
+pub struct BakedParts {
+    /// Geometry, materials and textures the scene was baked with; shared with ray tracers.
+    pub scene: Arc<Scene>,
     /// Hash of the source scene's content.
     pub scene_hash: u64,
     /// What the bake was asked for, with every default resolved.
@@ -47,7 +85,7 @@ pub struct BakedScene {
     pub relight_gains: Vec<u8>,
     /// Groups of receivers that share one compressed transport matrix.
     pub clusters: Vec<Cluster>,
-    /// The clusters' scalar signals, see [`BakedScene::scalar_signals`] and [`Cluster::first_signal`].
+    /// The clusters' scalar signals, see [`BakedParts::scalar_signals`] and [`Cluster::first_signal`].
     pub cluster_signals: Vec<u32>,
     /// The clusters' probes, indices into `probes`; see [`Cluster::first_probe`].
     pub cluster_probes: Vec<u32>,
@@ -58,7 +96,7 @@ pub struct BakedScene {
     pub receiver_errors: Vec<u8>,
     /// All U matrices, packed: per cluster one column of `receiver_count` values for each singular value.
     pub receiver_basis: Vec<u32>,
-    /// All ΣVᵀ matrices, packed: per cluster one row of [`BakedScene::column_count`] values for each singular
+    /// All ΣVᵀ matrices, packed: per cluster one row of [`BakedParts::column_count`] values for each singular
     /// value.
     pub signal_basis: Vec<u32>,
     /// One factor per row of ΣVᵀ (cluster by cluster, one for each singular value).
@@ -292,7 +330,7 @@ pub struct Emitter {
 /// Receivers that share a compressed transport matrix A ≈ U·(ΣVᵀ) (\[SED\] eq. 6).
 ///
 /// A's input is a list of signals. Its first `signal_count` columns are scalar signals
-/// ([`BakedScene::scalar_signals`]); then come the coefficients of the cluster's P probes: column
+/// ([`BakedParts::scalar_signals`]); then come the coefficients of the cluster's P probes: column
 /// `signal_count + P·l² + p·(2l+1) + (l+m)` is coefficient (l, m) of the p-th, so that fewer bands are fewer
 /// leading columns.
 ///
@@ -345,13 +383,13 @@ impl Cluster {
     }
 }
 
-/// What [`BakedScene::receiver_errors`] has for the wanted error.
+/// What [`BakedParts::receiver_errors`] has for the wanted error.
 pub const ERROR_STEPS: f32 = 64.0;
 
-/// The gain of a relight ray whose light counts as it is, see [`BakedScene::relight_gains`].
+/// The gain of a relight ray whose light counts as it is, see [`BakedParts::relight_gains`].
 pub const GAIN_STEPS: u8 = 128;
 
-impl BakedScene {
+impl BakedParts {
     /// Number of scalar signals. In order: the radiance of each surfel, of each surfel group, of each emitter,
     /// and the sky's coefficients (if it has [signals of its own](BakeSettings::sky_degree)).
     pub fn scalar_signals(&self) -> usize {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::DecodeError;
 use crate::textures::TextureEntry;
-use crate::{BakeReport, BakeSettings, BakedScene};
+use crate::{BakeReport, BakeSettings, BakedParts};
 
 /// What the section `info` holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,7 +19,7 @@ pub(crate) struct InfoSection {
 }
 
 impl InfoSection {
-    pub(crate) fn of(baked: &BakedScene) -> Self {
+    pub(crate) fn of(baked: &BakedParts) -> Self {
         Self {
             scene_hash: baked.scene_hash,
             lightmap_width: baked.lightmap.width,

@@ -23,12 +23,14 @@ pub enum AssetError {
         /// What is wrong and what to do.
         reason: String,
     },
-    /// A baked scene in memory contradicts itself, see [`crate::BakedScene::validate`].
-    #[error("the baked scene cannot be used: {reason}")]
-    Invalid {
-        /// What is wrong and where.
-        reason: String,
-    },
+}
+
+/// The parts of a baked scene contradict each other, see [`crate::BakedScene::new`].
+#[derive(Debug, thiserror::Error)]
+#[error("the baked scene cannot be used: {reason}")]
+pub struct InvalidParts {
+    /// What is wrong and where.
+    pub reason: String,
 }
 
 /// What stops the decoding of a file whose path is the caller's business.

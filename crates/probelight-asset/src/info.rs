@@ -43,7 +43,7 @@ pub struct BakedInfo {
     pub probes: u64,
     /// Number of clusters.
     pub clusters: u64,
-    /// See [`BakedScene::matrix_bytes_per_receiver`].
+    /// See [`BakedParts::matrix_bytes_per_receiver`].
     pub matrix_bytes_per_receiver: f64,
     /// What the bake was asked for.
     pub settings: BakeSettings,

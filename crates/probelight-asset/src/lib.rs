@@ -1,7 +1,8 @@
 //! The baked file of Probelight (`.plight`): what the bake hands to the runtime.
 //!
-//! [`BakedScene`] is the schema in memory. [`BakedScene::write`] and [`BakedScene::read`] move it to and
-//! from a versioned, sectioned, checksummed file; [`BakedScene::read_info`] reads a summary only.
+//! [`BakedParts`] is the schema in memory, [`BakedScene`] the same after its promises were checked.
+//! [`BakedScene::write`] and [`BakedScene::read`] move it to and from a versioned, sectioned, checksummed file;
+//! [`BakedScene::read_info`] reads a summary only.
 //!
 //! # Layout of the file
 //!
@@ -24,8 +25,7 @@
 //! Every byte is covered by a checksum or has one allowed value, so damage anywhere is noticed. The header
 //! states the file's length and sections follow each other without gaps, so no claimed length exceeds the
 //! file; only a PNG unpacks to more than its size, and by no more than deflate can. Checksums are against
-//! accidents, not against forgers: content behind valid checksums is checked as well
-//! ([`BakedScene::validate`]).
+//! accidents, not against forgers: content behind valid checksums is checked as well ([`BakedScene::new`]).
 
 mod atomic_file;
 mod baked_scene;
@@ -45,9 +45,9 @@ mod write;
 
 pub use atomic_file::write_atomically;
 pub use baked_scene::{
-    BakeReport, BakeSettings, BakedScene, Cluster, ERROR_STEPS, Emitter, GAIN_STEPS, LightSample,
+    BakeReport, BakeSettings, BakedParts, BakedScene, Cluster, ERROR_STEPS, Emitter, GAIN_STEPS, LightSample,
     LightmapFace, LightmapLayout, Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
 };
 pub use border_blends::BorderBlend;
-pub use error::AssetError;
+pub use error::{AssetError, InvalidParts};
 pub use info::{BakedInfo, SectionInfo};

@@ -12,12 +12,10 @@ use crate::description::{DescriptionSection, InfoSection, decode_json};
 use crate::error::DecodeError;
 use crate::layout::{HEADER_LENGTH, SectionEntry, TABLE_LENGTH, Tag, decode_front, tag, tag_name};
 use crate::textures::decode_textures;
-use crate::{AssetError, BakedScene, Cluster, LightmapLayout};
+use crate::{AssetError, BakedParts, BakedScene, Cluster, LightmapLayout};
 
 impl BakedScene {
     /// Reads a file that [`write`](Self::write) has written.
-    ///
-    /// What comes back has passed [`validate`](Self::validate): every index in it is in range.
     ///
     /// # Errors
     /// [`AssetError::Format`] for anything but a whole, undamaged file of this format version;
@@ -42,8 +40,8 @@ impl BakedScene {
         scene.triangles = sections.array(tag::TRIANGLES)?;
         scene.triangle_material = sections.array(tag::TRIANGLE_MATERIAL)?;
         // Fields are evaluated in the order they are written here, which is the order in the file.
-        let baked = Self {
-            scene,
+        let parts = BakedParts {
+            scene: scene.into(),
             scene_hash: info.scene_hash,
             settings: info.settings,
             report: info.report,
@@ -73,8 +71,7 @@ impl BakedScene {
             row_scales: sections.array(tag::ROW_SCALES)?,
             column_exponents: sections.array(tag::COLUMN_EXPONENTS)?,
         };
-        baked.validate().map_err(|error| DecodeError::Format(error.to_string()))?;
-        Ok(baked)
+        Self::new(parts).map_err(|error| DecodeError::Format(error.to_string()))
     }
 }
 

@@ -17,10 +17,8 @@ impl BakedScene {
     /// same scene always gives the same bytes.
     ///
     /// # Errors
-    /// [`AssetError::Invalid`] if [`validate`](Self::validate) refuses the scene, [`AssetError::Io`] if the
-    /// disk does.
+    /// [`AssetError::Io`] if the disk refuses.
     pub fn write(&self, path: &Path) -> Result<(), AssetError> {
-        self.validate()?;
         write_atomically(path, |file| self.encode(file)).map_err(|source| AssetError::Io {
             action: "write",
             path: path.into(),

@@ -49,7 +49,7 @@ fn floor_texels_under_the_blocks_are_invalid() {
     let share = baked.report.invalid_texels as f64 / baked.report.chart_texels as f64;
     // The blocks stand on 2 × 1.65² m² of about 190 m².
     assert!((0.005..0.06).contains(&share), "{share}");
-    let empty = quick_bake("cornell_empty.glb", Method::Hybrid).report;
+    let empty = quick_bake("cornell_empty.glb", Method::Hybrid).into_parts().report;
     assert!((empty.invalid_texels as f64) < 0.002 * empty.chart_texels as f64);
 }
 
@@ -122,8 +122,9 @@ fn each_method_has_its_own_signals_and_the_rest_follows() {
 
 #[test]
 fn options_win_over_the_quality_and_the_quality_over_the_defaults() {
-    let settings =
-        |options: &BakeOptions| bake(load("furnace.glb"), options, None, &Silent).unwrap().settings;
+    let settings = |options: &BakeOptions| {
+        bake(load("furnace.glb"), options, None, &Silent).unwrap().into_parts().settings
+    };
     let preset = Quality::Production.preset();
     let produced = BakeOptions {
         quality: Some(Quality::Production),

@@ -1,13 +1,8 @@
 //! Why the runtime refused its input.
 
-use probelight_asset::AssetError;
-
-/// Why a baked scene or a change to it was refused.
+/// Why a change to a scene was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum RuntimeError {
-    /// The baked scene contradicts itself, see [`probelight_asset::BakedScene::validate`].
-    #[error(transparent)]
-    Baked(#[from] AssetError),
     /// A material index out of range.
     #[error("there is no material {material}: the scene has {count}, counted from 0")]
     UnknownMaterial {

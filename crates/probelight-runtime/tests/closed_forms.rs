@@ -3,19 +3,18 @@
 mod support;
 
 use std::f32::consts::PI;
-use std::sync::Arc;
 
 use half::f16;
 use probelight_asset::packed::{Precision, Ranks};
-use probelight_asset::{BakedScene, Emitter, LightSample, NONE, Surfel, SurfelGroup};
+use probelight_asset::{BakedParts, Emitter, LightSample, NONE, Surfel, SurfelGroup};
 use probelight_math::glam::Vec3;
 use probelight_runtime::Runtime;
 use probelight_scene::{Light, Lighting, Sky};
-use support::{SMALL, Size, all_lights, floor_and_shade, material, random_room, single_probe};
+use support::{SMALL, Size, all_lights, checked, floor_and_shade, material, random_room, single_probe};
 use support::{uniform_sky, white_sample};
 
-fn runtime(baked: BakedScene) -> Runtime {
-    Runtime::new(Arc::new(baked)).unwrap()
+fn runtime(parts: BakedParts) -> Runtime {
+    Runtime::new(checked(parts))
 }
 
 #[test]
@@ -116,7 +115,7 @@ fn shadows_fall_and_back_faces_do_not_emit() {
 }
 
 /// A floor whose surfels shine by emission alone, each sample as bright as its emissive texel says.
-fn emissive_floor(samples: &[[u8; 3]], surfels: &[u32]) -> BakedScene {
+fn emissive_floor(samples: &[[u8; 3]], surfels: &[u32]) -> BakedParts {
     let mut scene = floor_and_shade();
     scene.materials[0] = material(Vec3::ZERO, Vec3::ONE);
     let mut baked = single_probe(scene, None, &[1.0]);
@@ -157,7 +156,7 @@ fn surfels_are_means_of_samples_and_groups_of_surfels() {
 fn emitters_shine_in_place_of_their_surfels() {
     let mean_texel = Vec3::new(0.5, 0.25, 1.0);
     let mut baked = emissive_floor(&[[255, 255, 255]], &[1]);
-    let signals = |baked: BakedScene, lighting: Lighting| {
+    let signals = |baked: BakedParts, lighting: Lighting| {
         let mut runtime = runtime(baked);
         runtime.set_lighting(lighting);
         runtime.set_emission(0, Vec3::new(2.0, 4.0, 1.0)).unwrap();

@@ -5,10 +5,8 @@
 mod gpu;
 mod support;
 
-use std::sync::Arc;
-
 use half::f16;
-use probelight_asset::BakedScene;
+use probelight_asset::BakedParts;
 use probelight_asset::packed::Ranks;
 use probelight_math::glam::Vec3;
 use probelight_runtime::Runtime;
@@ -16,7 +14,7 @@ use probelight_runtime::gpu::readback::read_texture;
 use probelight_runtime::gpu::{GpuDevice, GpuError, GpuOptions, GpuRuntime, ShadowMapOptions, Stage};
 use probelight_scene::{Light, Lighting};
 use probelight_trace::direct_irradiance;
-use support::{SMALL, SMALL_PAPER, Size, all_lights, random_room};
+use support::{SMALL, SMALL_PAPER, Size, all_lights, checked, random_room};
 
 /// A sum of n products of random sign in f32 is off by some √n · 6e-8 and n is about a hundred here; the orders
 /// of the sums differ, and GPUs may round 2^x and divisions by 2 in the last place.
@@ -51,9 +49,9 @@ struct Twins {
 }
 
 impl Twins {
-    fn new(gpu: &'static GpuDevice, baked: BakedScene, options: GpuOptions) -> Self {
-        let baked = Arc::new(baked);
-        let mut on_cpu = Runtime::new(baked.clone()).unwrap();
+    fn new(gpu: &'static GpuDevice, parts: BakedParts, options: GpuOptions) -> Self {
+        let baked = checked(parts);
+        let mut on_cpu = Runtime::new(baked.clone());
         on_cpu.set_lighting(all_lights());
         on_cpu.step();
         let feedback = on_cpu.receiver_irradiance().to_vec();
@@ -210,7 +208,7 @@ fn divided_arrays_change_nothing() {
 fn arrays_that_cannot_be_divided_are_refused() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
     let options = GpuOptions { largest_buffer: Some(1000), ..options() };
-    let refused = GpuRuntime::new(&gpu.device, &gpu.queue, Arc::new(random_room(SMALL)), options);
+    let refused = GpuRuntime::new(&gpu.device, &gpu.queue, checked(random_room(SMALL)), options);
     assert!(matches!(refused, Err(GpuError::TooLarge { limit: 1000, .. })));
 }
 
@@ -219,8 +217,7 @@ fn comparison_notices_a_wrong_input_of_each_stage() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
     for wrong in 0..5 {
         let mut twins = Twins::new(gpu, random_room(SMALL), options());
-        let baked = Arc::make_mut(&mut Arc::clone(twins.on_cpu.baked())).clone();
-        let mut damaged = baked;
+        let mut damaged = BakedParts::clone(twins.on_cpu.baked());
         match wrong {
             0 => damaged.surfel_groups[3].first_weight *= 0.99,
             1 => damaged.relight_surfels.swap(0, 1),

@@ -2,16 +2,14 @@
 
 mod support;
 
-use std::sync::Arc;
-
-use probelight_asset::BakedScene;
+use probelight_asset::BakedParts;
 use probelight_asset::packed::Ranks;
 use probelight_math::glam::{DVec3, Vec3};
 use probelight_runtime::Runtime;
 use probelight_runtime::cpu::SurfaceColors;
 use proptest::prelude::*;
 use support::slow_frame::{SlowFrame, slow_frame};
-use support::{SMALL, SMALL_PAPER, Size, all_lights, random_room};
+use support::{SMALL, SMALL_PAPER, Size, all_lights, checked, random_room};
 
 /// Largest difference, relative to the largest value (if there is one).
 fn difference(fast: impl IntoIterator<Item = Vec3>, slow: &[DVec3]) -> f64 {
@@ -44,9 +42,9 @@ fn differences(runtime: &Runtime, slow: &SlowFrame) -> [f64; 5] {
 }
 
 /// Runs both for three bounces and compares after each.
-fn compare(baked: BakedScene) {
-    let baked = Arc::new(baked);
-    let mut runtime = Runtime::new(baked.clone()).unwrap();
+fn compare(parts: BakedParts) {
+    let baked = checked(parts);
+    let mut runtime = Runtime::new(baked.clone());
     runtime.set_lighting(all_lights());
     let colors = SurfaceColors::of(&baked.scene);
     let mut feedback = vec![DVec3::ZERO; runtime.irradiance().texels.len()];
@@ -113,8 +111,8 @@ proptest! {
 
 #[test]
 fn comparison_notices_a_wrong_value_in_each_stage() {
-    let baked = Arc::new(random_room(SMALL));
-    let mut runtime = Runtime::new(baked.clone()).unwrap();
+    let baked = checked(random_room(SMALL));
+    let mut runtime = Runtime::new(baked.clone());
     runtime.set_lighting(all_lights());
     runtime.step();
     let colors = SurfaceColors::of(&baked.scene);

@@ -112,7 +112,7 @@ fn lit_lightmap(
 ) -> anyhow::Result<(IrradianceLightmap, usize)> {
     match backend {
         Backend::Cpu => {
-            let mut runtime = Runtime::new(baked.clone())?;
+            let mut runtime = Runtime::new(baked.clone());
             let bounces = input::light(&mut runtime, setup, console);
             Ok((runtime.irradiance().clone(), bounces))
         }
@@ -131,7 +131,7 @@ fn predict(
     baked: &BakedScene,
     reference: &ReferencePoints,
 ) -> Vec<Option<Vec3>> {
-    let tracer = Tracer::new(Arc::new(baked.scene.clone()));
+    let tracer = Tracer::new(Arc::clone(&baked.scene));
     let points = reference.points.par_iter();
     let on_surface = points.map(|point| (point.kind == PointKind::Surface).then_some(point));
     on_surface

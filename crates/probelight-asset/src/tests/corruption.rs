@@ -3,10 +3,9 @@
 use proptest::prelude::*;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::fixture::baked_scene;
-use super::{decoded, encoded, refusal};
-use crate::BakedScene;
+use super::{baked_scene, decoded, encoded, refusal};
 use crate::layout::{HEADER_LENGTH, SectionEntry, TABLE_LENGTH, Tag, encode_front, tag};
+use crate::{BakedParts, BakedScene};
 
 /// The sections of a file in order.
 fn split(bytes: &[u8]) -> Vec<(Tag, Vec<u8>)> {
@@ -167,7 +166,7 @@ fn arrays_of_odd_length_are_refused() {
 /// What decodes must be valid and be written again as the same scene.
 fn decode_never_panics(bytes: &[u8]) {
     if let Ok(baked) = decoded(bytes) {
-        baked.validate().unwrap();
+        BakedScene::new(BakedParts::clone(&baked)).unwrap();
         let again = decoded(&encoded(&baked)).unwrap();
         assert_eq!(format!("{again:?}"), format!("{baked:?}"));
     }

@@ -1,31 +1,37 @@
 //! Each promise that the runtime relies on, broken once.
 
-use probelight_math::glam::{Vec2, Vec3};
-use probelight_scene::Light;
+use std::sync::Arc;
 
-use super::fixture::baked_scene;
+use probelight_math::glam::{Vec2, Vec3};
+use probelight_scene::{Light, Scene};
+
+use super::fixture::baked_parts;
 use crate::packed::Ranks;
-use crate::{BakedScene, NONE};
+use crate::{BakedParts, BakedScene, NONE};
 
 /// Breaks the fixture and expects a refusal that contains `words`.
 #[track_caller]
-fn refused(words: &str, break_it: impl FnOnce(&mut BakedScene)) {
-    let mut baked = baked_scene();
-    baked.validate().expect("the fixture is valid");
-    break_it(&mut baked);
-    let reason = baked.validate().expect_err("a broken scene was accepted").to_string();
+fn refused(words: &str, break_it: impl FnOnce(&mut BakedParts)) {
+    let mut parts = baked_parts();
+    BakedScene::new(parts.clone()).expect("the fixture is valid");
+    break_it(&mut parts);
+    let reason = BakedScene::new(parts).expect_err("a broken scene was accepted").to_string();
     assert!(reason.contains(words), "{reason}");
+}
+
+fn scene(parts: &mut BakedParts) -> &mut Scene {
+    Arc::make_mut(&mut parts.scene)
 }
 
 #[test]
 fn scene_is_checked() {
-    refused("triangle 1 uses a vertex", |b| b.scene.triangles[1][2] = 4);
-    refused("material 1 uses a texture", |b| b.scene.textures.truncate(1));
-    refused("material 1 has a factor", |b| b.scene.materials[1].roughness = f32::NAN);
+    refused("triangle 1 uses a vertex", |b| scene(b).triangles[1][2] = 4);
+    refused("material 1 uses a texture", |b| scene(b).textures.truncate(1));
+    refused("material 1 has a factor", |b| scene(b).materials[1].roughness = f32::NAN);
     refused("light 0", |b| {
-        b.scene.lights[0] = Light::Point { position: Vec3::ZERO, intensity: Vec3::INFINITY };
+        scene(b).lights[0] = Light::Point { position: Vec3::ZERO, intensity: Vec3::INFINITY };
     });
-    refused("camera 0", |b| b.scene.cameras[0].vertical_fov = f32::INFINITY);
+    refused("camera 0", |b| scene(b).cameras[0].vertical_fov = f32::INFINITY);
 }
 
 #[test]

@@ -5,15 +5,15 @@ use probelight_scene::{AlphaMode, Bounds, Camera, Light, Material, Scene, Textur
 
 use crate::packed::Ranks;
 use crate::{
-    BakeReport, BakeSettings, BakedScene, Cluster, Emitter, LightSample, LightmapFace, LightmapLayout,
+    BakeReport, BakeSettings, BakedParts, Cluster, Emitter, LightSample, LightmapFace, LightmapLayout,
     Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
 };
 
 /// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters, two probes, three surfels in two
 /// groups, an emitter, a sky of four signals.
-pub(super) fn baked_scene() -> BakedScene {
-    BakedScene {
-        scene: scene(),
+pub(super) fn baked_parts() -> BakedParts {
+    BakedParts {
+        scene: scene().into(),
         scene_hash: u64::MAX - 12,
         settings: settings(),
         report: report(),

@@ -5,8 +5,21 @@ mod cross_references;
 mod fixture;
 mod round_trip;
 
-use crate::BakedScene;
 use crate::error::DecodeError;
+use crate::{BakedParts, BakedScene};
+
+use fixture::baked_parts;
+
+/// The fixture, checked.
+fn baked_scene() -> BakedScene {
+    checked(baked_parts())
+}
+
+/// Parts that must be valid.
+#[track_caller]
+fn checked(parts: BakedParts) -> BakedScene {
+    BakedScene::new(parts).unwrap()
+}
 
 fn encoded(baked: &BakedScene) -> Vec<u8> {
     let mut bytes = Vec::new();

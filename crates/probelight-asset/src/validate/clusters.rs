@@ -1,9 +1,9 @@
 //! The clusters: arrays that they divide among them, matrices of finite numbers.
 
 use crate::packed::{Precision, Ranks};
-use crate::{BakedScene, Cluster};
+use crate::{BakedParts, Cluster};
 
-impl BakedScene {
+impl BakedParts {
     /// Clusters divide receivers, signals, probes, matrices and their scales among them, one after the other.
     pub(super) fn check_clusters(&self) -> Result<(), String> {
         let (signals, probes) = (self.scalar_signals(), self.probes.len());

@@ -1,11 +1,11 @@
 //! Where light is evaluated and measured: samples, surfels, emitters, probes.
 
-use crate::{BakedScene, NONE};
+use crate::{BakedParts, NONE};
 
 /// How far the length of a unit vector may be from 1.
 const UNIT_TOLERANCE: f32 = 1e-3;
 
-impl BakedScene {
+impl BakedParts {
     pub(super) fn check_light_samples(&self) -> Result<(), String> {
         let (texels, triangles) = (self.texel_count(), self.scene.triangles.len());
         for (s, sample) in self.light_samples.iter().enumerate() {

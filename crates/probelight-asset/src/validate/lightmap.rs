@@ -2,7 +2,7 @@
 
 use probelight_math::glam::Vec2;
 
-use crate::{BakedScene, NONE};
+use crate::{BakedParts, NONE};
 
 /// Lightmaps up to this size may be empty: 4 Mi texels.
 const FREE_LIGHTMAP_TEXELS: u64 = 1 << 22;
@@ -11,7 +11,7 @@ const FREE_LIGHTMAP_TEXELS: u64 = 1 << 22;
 /// image.
 const MAX_TEXELS_PER_USED_TEXEL: u64 = 64;
 
-impl BakedScene {
+impl BakedParts {
     /// Number of lightmap texels.
     pub(super) fn texel_count(&self) -> u64 {
         u64::from(self.lightmap.width) * u64::from(self.lightmap.height)

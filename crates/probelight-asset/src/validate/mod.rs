@@ -4,7 +4,7 @@
 use probelight_math::glam::Vec3;
 use probelight_scene::{AlphaMode, Light, Material};
 
-use crate::{AssetError, BakeReport, BakedScene};
+use crate::{BakeReport, BakedParts};
 
 /// Highest spherical-harmonics band a file may ask for; recurrences in f32 are accurate far beyond the 7 of
 /// the paper, and tables stay small.
@@ -26,14 +26,10 @@ mod clusters;
 mod light;
 mod lightmap;
 
-impl BakedScene {
-    /// Checks every promise that the runtime relies on: matching lengths, indices in range, finite numbers,
-    /// surfels and clusters that lie one after the other, a lightmap whose size fits its use.
-    ///
-    /// # Errors
-    /// [`AssetError::Invalid`], naming the first thing that is wrong.
-    pub fn validate(&self) -> Result<(), AssetError> {
-        self.scene.validate().map_err(|error| AssetError::Invalid { reason: error.to_string() })?;
+impl BakedParts {
+    /// Checks what [`BakedScene::new`](crate::BakedScene::new) promises; says what is wrong first.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        self.scene.validate().map_err(|error| error.to_string())?;
         self.check_scene_numbers()
             .and_then(|()| self.check_settings())
             .and_then(|()| self.check_lightmap())
@@ -45,7 +41,6 @@ impl BakedScene {
             .and_then(|()| self.check_relight_rays())
             .and_then(|()| self.check_clusters())
             .and_then(|()| self.check_matrices())
-            .map_err(|reason| AssetError::Invalid { reason })
     }
 
     /// The scene's numbers that [`probelight_scene::Scene::validate`] leaves alone.

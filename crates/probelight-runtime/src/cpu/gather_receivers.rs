@@ -42,7 +42,7 @@ impl ReceiverIrradiance {
         }
     }
 
-    /// One value per receiver, in the order of [`BakedScene::receiver_texels`], W/m².
+    /// One value per receiver, in the order of [`receiver_texels`](probelight_asset::BakedParts::receiver_texels), W/m².
     pub fn values(&self) -> &[Vec3] {
         &self.values
     }

@@ -98,14 +98,13 @@ impl GpuRuntime {
     /// shine.
     ///
     /// # Errors
-    /// If parts of the baked scene contradict each other, or the device cannot hold it.
+    /// If the device cannot hold the scene.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         baked: Arc<BakedScene>,
         options: GpuOptions,
     ) -> Result<Self, GpuError> {
-        baked.validate().map_err(crate::RuntimeError::from)?;
         let geometry = SceneGeometry::new(device, queue, &baked.scene)?;
         let shadow_maps = ShadowMaps::new(device, &geometry, options.shadow_maps)?;
         let mut storage = Storage::new(device, queue);

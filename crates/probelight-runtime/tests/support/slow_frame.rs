@@ -1,5 +1,7 @@
 //! A frame in the plainest form: double precision, one value at a time, straight from the equations.
 
+use std::sync::Arc;
+
 use probelight_asset::{BakedScene, Cluster, GAIN_STEPS, LightSample, NONE};
 use probelight_math::color::linear_from_srgb8;
 use probelight_math::directions::{quadrature_weights, spherical_fibonacci};
@@ -82,7 +84,7 @@ fn signals(
     colors: &[SurfaceColors],
     feedback: &[DVec3],
 ) -> Vec<DVec3> {
-    let tracer = Tracer::new(baked.scene.clone().into());
+    let tracer = Tracer::new(Arc::clone(&baked.scene));
     let mut signals = Vec::new();
     for surfel in &baked.surfels {
         let samples = &baked.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize];
