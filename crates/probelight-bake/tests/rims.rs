@@ -111,7 +111,7 @@ fn leaves_are_lit_on_both_sides_wherever_they_are() {
     let leaf = |i: u32| -> Shape {
         let (u, v) = (sobol_owen(i, 1), sobol_owen(i, 2));
         let turn = Quat::from_euler(EulerRot::XYZ, 6.3 * u.x, 6.3 * u.y, 6.3 * v.x);
-        let at = Vec3::new(v.y, 1.0 + u.x, u.y) * 0.3;
+        let at = Vec3::new(v.y, 0.7 + u.x, u.y);
         let corners = [(-0.05, 0.0), (0.0, 0.02), (0.05, 0.0), (0.0, -0.02)]
             .map(|(x, y)| turn * Vec3::new(x, y, 0.0) + at);
         vec![[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[3]]]
