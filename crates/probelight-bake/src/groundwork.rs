@@ -75,7 +75,7 @@ pub(crate) fn prepare(
     });
     let directions = progressive_sphere(settings.relight_rays as usize);
     let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
-    let probes = PointGrid::of(&probes, settings.probe_spacing * 0.5);
+    let probes = PointGrid::of(&probes);
     let outlooks = find_outlooks(&tracer, &probes, &directions, &relight_hits, &receivers.receivers);
     let sites: Vec<Site> = receivers
         .receivers

@@ -37,7 +37,7 @@ pub(crate) fn place_probes(
     let mut candidates = air.places_for_probes(lit_sides);
     progress.begin("placing probes", candidates.len() as u64);
     candidates.sort_by(|a, b| b.free_distance.total_cmp(&a.free_distance));
-    let mut probes = PointGrid::new(smallest);
+    let mut probes = PointGrid::default();
     for candidate in candidates {
         if progress.is_cancelled() {
             return Err(BakeError::Cancelled);

@@ -148,7 +148,7 @@ impl<'a> Air<'a> {
         let surveys = surveys.ok_or(BakeError::Cancelled)?;
         let open: Vec<Vec3> =
             surveys.iter().filter(|survey| survey.is_open()).map(|survey| survey.position).collect();
-        Ok(Self { tracer, voxel, surveys, open: PointGrid::of(&open, voxel) })
+        Ok(Self { tracer, voxel, surveys, open: PointGrid::of(&open) })
     }
 
     /// The tracer of the scene.
