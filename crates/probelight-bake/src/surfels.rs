@@ -386,9 +386,9 @@ mod tests {
             let [a, b] = group.children.map(|child| tree.surfels_in(child));
             assert_eq!(a + b, tree.surfels_in(number as u32));
         }
-        let sides = by_air_space(&scene.receivers.receivers)
+        let sides = by_air_space(&scene.ground.sites)
             .into_iter()
-            .flat_map(|group| by_side(&scene.receivers.receivers, group));
+            .flat_map(|group| by_side(&scene.ground.sites, group));
         let roots = tree.parents.iter().filter(|parent| **parent == NONE).count();
         assert_eq!(roots, sides.count());
     }
@@ -438,10 +438,10 @@ mod tests {
     #[test]
     fn every_gather_ray_inside_a_closed_room_ends_on_a_surfel() {
         let scene = SmallScene::load("furnace.glb");
-        for receiver in (0..scene.receivers.receivers.len() as u32).step_by(20) {
+        for receiver in (0..scene.ground.sites.len() as u32).step_by(20) {
             for ray in scene.gather(receiver, 32) {
                 let hit = ray.hit.expect("the room is closed");
-                let surfel = scene.light.sources.surfels.surfel_of_hit(&scene.atlas, &hit);
+                let surfel = scene.light.sources.surfels.surfel_of_hit(&scene.ground.atlas, &hit);
                 assert!((surfel as usize) < scene.light.sources.surfels.surfels.len());
             }
         }
