@@ -133,6 +133,7 @@ fn report(ground: &Groundwork, groups: &[FinishedGroup]) -> BakeReport {
             .scene()
             .warnings
             .iter()
+            .chain(&ground.warning)
             .map(|w| format!("{}: {}", w.message, w.count))
             .collect(),
     }

@@ -51,14 +51,16 @@ impl BlendBorders {
 }
 
 /// The irradiance of the receiver of some records: the mean of what its own cluster says, counted twice, and what
-/// its neighbours' clusters would say, continued to it.
+/// its neighbours' clusters would say, continued to it. What is continued stays between the three values that it is
+/// made of and meets, so that nothing beside the edge of a shadow is brighter than all around.
 fn blend(gathered: &[Vec3], records: &[BorderBlend]) -> Vec3 {
+    let own = gathered[records[0].receiver as usize];
     let continued = |record: &BorderBlend| {
         let [neighbor, beyond] = [record.neighbor, record.beyond].map(|i| gathered[i as usize]);
         let steepest = STEEPEST_SLOPE * neighbor.abs();
-        neighbor + (neighbor - beyond).clamp(-steepest, steepest)
+        let continued = neighbor + (neighbor - beyond).clamp(-steepest, steepest);
+        continued.max(neighbor.min(beyond).min(own)).min(neighbor.max(beyond).max(own))
     };
-    let own = gathered[records[0].receiver as usize];
     let sum: Vec3 = records.iter().map(continued).sum();
     (2.0 * own + sum) / (records.len() + 2) as f32
 }
@@ -98,5 +100,13 @@ mod tests {
         let row = blended(&[1.0, 1.0, 1.0, 1.0, 8.0, 90.0, 90.0, 90.0]);
         // Not 8 − 82.
         assert!((row[3] - (2.0 + 6.0) / 3.0).abs() < 1e-5, "{row:?}");
+    }
+
+    #[test]
+    fn nothing_beside_a_shadow_gets_brighter_than_all_around() {
+        let row = blended(&[4.0, 4.0, 4.0, 4.0, 4.0, 0.0, 0.0, 0.0]);
+        assert_eq!(row[..5], [4.0; 5]);
+        // Negative control: light that goes on rising is continued.
+        assert!(blended(&[4.0, 4.0, 4.0, 5.0, 4.0, 3.5, 0.0, 0.0])[3] > (2.0 * 5.0 + 4.0) / 3.0);
     }
 }

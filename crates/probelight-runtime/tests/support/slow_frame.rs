@@ -70,9 +70,11 @@ fn blend_borders(baked: &BakedScene, gathered: &[DVec3]) -> Vec<DVec3> {
     let mut sums: Vec<(DVec3, f64)> = gathered.iter().map(|own| (2.0 * own, 2.0)).collect();
     for blend in baked.border_blends() {
         let [neighbor, beyond] = [blend.neighbor, blend.beyond].map(|i| gathered[i as usize]);
+        let own = gathered[blend.receiver as usize];
         let steepest = 0.25 * neighbor.abs();
+        let continued = neighbor + (neighbor - beyond).max(-steepest).min(steepest);
         let (sum, weight) = &mut sums[blend.receiver as usize];
-        *sum += neighbor + (neighbor - beyond).max(-steepest).min(steepest);
+        *sum += continued.max(neighbor.min(beyond).min(own)).min(neighbor.max(beyond).max(own));
         *weight += 1.0;
     }
     sums.into_iter().map(|(sum, weight)| sum / weight).collect()
