@@ -23,7 +23,7 @@ fn scene_is_checked() {
     refused("material 1 uses a texture", |b| b.scene.textures.truncate(1));
     refused("material 1 has a factor", |b| b.scene.materials[1].roughness = f32::NAN);
     refused("light 0", |b| {
-        b.scene.lights[0] = Light::Point { position: Vec3::ZERO, intensity: Vec3::INFINITY };
+        b.scene.lights[0] = Light::Point { position: Vec3::ZERO, intensity: Vec3::INFINITY, range: None };
     });
     refused("camera 0", |b| b.scene.cameras[0].vertical_fov = f32::INFINITY);
 }
