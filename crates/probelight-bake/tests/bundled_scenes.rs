@@ -51,7 +51,7 @@ fn the_floor_under_the_blocks_costs_no_receivers() {
     let lit = |name| {
         let baked = quick_bake(name, Method::Hybrid);
         let lighting = Lighting { sky: Sky::Uniform(Vec3::ONE), ..Lighting::default() };
-        let mut runtime = Runtime::new(Arc::new(baked)).unwrap();
+        let mut runtime = Runtime::new(Arc::new(baked));
         runtime.set_lighting(lighting);
         runtime.converge(1e-3, 50);
         // The middles of the two blocks, and the floor beside them.
@@ -65,7 +65,7 @@ fn the_floor_under_the_blocks_costs_no_receivers() {
 #[test]
 fn hidden_texels_are_few_where_faces_that_are_wholly_hidden_have_none() {
     for name in ["cornell.glb", "cornell_empty.glb"] {
-        let report = quick_bake(name, Method::Hybrid).report;
+        let report = quick_bake(name, Method::Hybrid).into_parts().report;
         let share = report.invalid_texels as f64 / report.chart_texels as f64;
         assert!(share < 0.005, "{name}: {share}");
     }

@@ -134,13 +134,18 @@ pub fn floor_and_shade() -> Scene {
 pub fn synthetic_lighting() -> Lighting {
     Lighting {
         lights: vec![
-            Light::Point { position: Vec3::new(0.5, 2.0, 0.3), intensity: Vec3::new(9.0, 8.0, 7.0) },
+            Light::Point {
+                position: Vec3::new(0.5, 2.0, 0.3),
+                intensity: Vec3::new(9.0, 8.0, 7.0),
+                range: None,
+            },
             Light::Spot {
                 position: Vec3::new(-1.0, 3.0, 0.0),
                 direction: -Vec3::Y,
                 intensity: Vec3::splat(20.0),
                 inner_angle: 0.3,
                 outer_angle: 0.6,
+                range: None,
             },
             Light::Directional { direction: Vec3::new(0.6, -0.8, 0.0), irradiance: Vec3::new(3.0, 2.5, 2.0) },
         ],

@@ -84,7 +84,7 @@ fn point_light_reaches_the_side_of_the_sample() {
         sample.base_color_and_side[3] = side;
         let mut runtime = runtime(single_probe(floor_and_shade(), Some(sample), &[1.0]));
         let position = Vec3::new(2.0, height, 0.5);
-        let lights = vec![Light::Point { position, intensity: Vec3::splat(8.0 * PI) }];
+        let lights = vec![Light::Point { position, intensity: Vec3::splat(8.0 * PI), range: None }];
         runtime.set_lighting(Lighting { lights, ..Lighting::default() });
         runtime.step();
         runtime.surfel_radiance()[0]

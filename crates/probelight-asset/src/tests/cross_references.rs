@@ -29,7 +29,7 @@ fn scene_is_checked() {
     refused("material 1 uses a texture", |b| scene(b).textures.truncate(1));
     refused("material 1 has a factor", |b| scene(b).materials[1].roughness = f32::NAN);
     refused("light 0", |b| {
-        scene(b).lights[0] = Light::Point { position: Vec3::ZERO, intensity: Vec3::INFINITY };
+        scene(b).lights[0] = Light::Point { position: Vec3::ZERO, intensity: Vec3::INFINITY, range: None };
     });
     refused("camera 0", |b| scene(b).cameras[0].vertical_fov = f32::INFINITY);
 }

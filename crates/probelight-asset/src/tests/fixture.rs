@@ -71,6 +71,7 @@ fn scene() -> Scene {
             height: 200,
         }],
         warnings: vec![Warning { message: "triangles without area, left out".into(), count: 3 }],
+        ..Scene::default()
     }
 }
 
@@ -103,13 +104,14 @@ fn textures() -> Vec<Texture> {
 
 fn lights() -> Vec<Light> {
     vec![
-        Light::Point { position: Vec3::ONE, intensity: Vec3::new(0.1, 0.7, 3.3) },
+        Light::Point { position: Vec3::ONE, intensity: Vec3::new(0.1, 0.7, 3.3), range: None },
         Light::Spot {
             position: Vec3::Y,
             direction: Vec3::NEG_Y,
             intensity: Vec3::ONE,
             inner_angle: 0.1,
             outer_angle: 0.3,
+            range: Some(4.5),
         },
         Light::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::splat(3.0) },
     ]

@@ -105,8 +105,8 @@ fn material_is_finite(material: &Material) -> bool {
 fn light_is_finite(light: &Light) -> bool {
     let finite = |vectors: &[Vec3]| vectors.iter().all(|v| v.is_finite());
     match light {
-        Light::Point { position, intensity } => finite(&[*position, *intensity]),
-        Light::Spot { position, direction, intensity, inner_angle, outer_angle } => {
+        Light::Point { position, intensity, .. } => finite(&[*position, *intensity]),
+        Light::Spot { position, direction, intensity, inner_angle, outer_angle, .. } => {
             finite(&[*position, *direction, *intensity]) && (inner_angle + outer_angle).is_finite()
         }
         Light::Directional { direction, irradiance } => finite(&[*direction, *irradiance]),

@@ -78,6 +78,7 @@ fn keep_near_the_camera(scene: &mut Scene) {
     let kept: Vec<usize> = (0..scene.triangles.len()).filter(|t| is_near(*t)).collect();
     scene.triangles = kept.iter().map(|t| scene.triangles[*t]).collect();
     scene.triangle_material = kept.iter().map(|t| scene.triangle_material[*t]).collect();
+    scene.sources.triangles = kept.iter().map(|t| scene.sources.triangles[*t]).collect();
     scene.validate().unwrap();
 }
 
@@ -92,7 +93,11 @@ fn lighting(name: &str) -> Lighting {
     };
     match name {
         "cornell" => Lighting {
-            lights: vec![Light::Point { position: vec3(2.0, 4.4, 1.6), intensity: vec3(12.0, 11.0, 9.0) }],
+            lights: vec![Light::Point {
+                position: vec3(2.0, 4.4, 1.6),
+                intensity: vec3(12.0, 11.0, 9.0),
+                range: None,
+            }],
             sky: Sky::default(),
             emissive_scale: 0.1,
         },

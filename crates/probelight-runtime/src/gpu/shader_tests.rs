@@ -142,7 +142,8 @@ fn structs_are_the_same_on_both_sides() {
         compare!(m, BorderBlend as "BorderBlend" { receiver, neighbor, beyond }),
         compare!(m, TexelCopy as "TexelCopy" { texel, receiver }),
         compare!(m, LightRecord as "Light" {
-            position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count, unused
+            position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count,
+            inverse_squared_range, unused
         }),
         compare!(m, ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),
     ];

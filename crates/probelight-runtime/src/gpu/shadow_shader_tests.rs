@@ -12,7 +12,8 @@ fn the_shader_is_valid_and_shares_its_structs_and_constants() {
     let module = parse(&shaders::cast_shadows()).unwrap();
     write_for_direct3d_and_metal(&module).unwrap();
     let light = fields!(LightRecord:
-        position kind direction first_view intensity cone_scale cos_outer view_count unused);
+        position kind direction first_view intensity cone_scale cos_outer view_count
+        inverse_squared_range unused);
     compare(&module, "Light", light, size_of::<LightRecord>()).unwrap();
     let lights = fields!(LightsRecord: list count unused);
     compare(&module, "Lights", lights, size_of::<LightsRecord>()).unwrap();
