@@ -161,6 +161,7 @@ impl TransportBuilder<'_> {
         let weight = PI / rays.len() as f32;
         let mut far = Vec::new();
         let mut row = vec![0.0; scalars.first_sky_column()];
+        let mut near_rays = 0.0;
         let mut sky = RowAccumulator::new(scalars.sky, 1, &[]);
         for (ray, surfel) in rays.iter().zip(surfels) {
             let Some(hit) = ray.hit else {
@@ -172,12 +173,16 @@ impl TransportBuilder<'_> {
                 far.push((ray.end(self.tracer), weight * (1.0 - near)));
             }
             match scalars.patches.column(*surfel) {
-                Some((column, share)) => row[column] += weight * near * share,
+                Some((column, share)) => {
+                    row[column] += weight * near * share;
+                    near_rays += weight * near;
+                }
                 None if near > 0.0 => transport.uncovered_rays += 1,
                 None => {}
             }
         }
-        let (_, emitters) = row.split_at_mut(scalars.patches.patches.len());
+        let (patches, emitters) = row.split_at_mut(scalars.patches.patches.len());
+        limit_sum(patches, near_rays);
         let sampling = &scalars.sampling;
         scalars.emitters.add_form_factors(self.tracer, place, sampling, half, rays, emitters);
         transport.halves[half].append(&mut row);
@@ -289,6 +294,15 @@ impl TransportBuilder<'_> {
             })
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
             .map(|(_, probe, direction)| (probe, direction))
+    }
+}
+
+/// Scales values down to a sum of at most `limit`. Surfels that are brighter than their patch, as the ensemble has it, would
+/// otherwise multiply the light of a crevice whose surfaces see little else than each other, bounce by bounce.
+fn limit_sum(values: &mut [f32], limit: f32) {
+    let sum: f32 = values.iter().sum();
+    if sum > limit {
+        values.iter_mut().for_each(|value| *value *= limit / sum);
     }
 }
 
@@ -410,6 +424,16 @@ mod tests {
         // A cubic's steepest slope is 3/2 of the mean one.
         assert!(steepest <= 1.51 * 0.01 / (2.0 * (HANDOVER_END - HANDOVER_START)), "{steepest}");
         assert_eq!(share_at(None, 1e9), 1.0, "without a radius, patches serve all distances");
+    }
+
+    #[test]
+    fn patches_bring_no_more_than_the_rays_that_meet_them() {
+        let limited = |limit| {
+            let mut values = [1.0, 3.0];
+            limit_sum(&mut values, limit);
+            values
+        };
+        assert_eq!([2.0, 5.0].map(limited), [[0.5, 1.5], [1.0, 3.0]]);
     }
 
     #[test]

@@ -140,8 +140,9 @@ fn each_method_has_its_own_signals_and_the_rest_follows() {
 
 #[test]
 fn options_win_over_the_quality_and_the_quality_over_the_defaults() {
-    let settings =
-        |options: &BakeOptions| bake(load("furnace.glb"), options, None, &Silent).unwrap().settings;
+    let settings = |options: &BakeOptions| {
+        bake(load("furnace.glb"), options, None, &Silent).unwrap().into_parts().settings
+    };
     let preset = Quality::Production.preset();
     let produced = BakeOptions {
         quality: Some(Quality::Production),

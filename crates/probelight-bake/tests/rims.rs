@@ -32,7 +32,7 @@ impl Case {
     /// Irradiance at points and normals under a sky of radiance 1: baked, and in truth.
     fn irradiance(&self, points: &[(Vec3, Vec3)]) -> Vec<(f32, f32)> {
         let lighting = Lighting { sky: Sky::Uniform(Vec3::ONE), ..Lighting::default() };
-        let mut runtime = Runtime::new(Arc::new(self.baked.clone())).unwrap();
+        let mut runtime = Runtime::new(Arc::new(self.baked.clone()));
         runtime.set_lighting(lighting.clone());
         runtime.converge(1e-4, 50);
         let path_tracer = PathTracer::new(Arc::new(Tracer::new(self.scene.clone())), lighting);

@@ -136,6 +136,7 @@ fn settings() -> BakeSettings {
         blend_borders: true,
         max_rank: 32,
         max_cluster_error: 0.01,
+        byte_price: 0.4,
         seed: u64::MAX,
     }
 }

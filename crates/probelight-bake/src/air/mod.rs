@@ -39,10 +39,15 @@ const MAX_UNLIT_SHARE: f32 = 0.2;
 /// Places in open air tried for sight of a point, nearest first.
 const PLACES_TRIED: usize = 12;
 
+/// Smallest cosine between a point's normal and a place that counts as seen: what comes in flatter is a share of
+/// 0.0025, its square, of all light at most.
+const SMALLEST_COSINE: f32 = 0.05;
+
 /// Walks on which light is looked for from a point out of sight of open air, and surfaces that each visits. A point
-/// that none of them leads to light gets less than a few percent of what there is.
+/// that hardly any of them leads to light gets a few percent of what there is at most.
 const WALKS: u32 = 16;
 const STEPS_PER_WALK: u32 = 3;
+const FEWEST_LIT_WALKS: u32 = 2;
 
 /// If that many walks all end at once, inside a solid, the others would too.
 const FIRST_WALKS: u32 = 4;
@@ -180,18 +185,23 @@ impl<'a> Air<'a> {
     pub(crate) fn sees(&self, point: &Outpost) -> bool {
         let near = self.open.nearest(point.origin, PLACES_TRIED);
         near.into_iter().map(|place| self.open.positions[place as usize]).any(|place| {
-            (place - point.origin).dot(point.normal) > 0.0 && self.tracer.is_visible(point.origin, place)
+            let offset = place - point.origin;
+            offset.dot(point.normal) >= SMALLEST_COSINE * offset.length()
+                && self.tracer.is_visible(point.origin, place)
         })
     }
 
     /// Whether a walk over surfaces leads from a point to the sky, to an emissive face or into sight of open air.
     fn finds_light(&self, point: &Outpost, seed: u32) -> bool {
-        let mut in_solid = 0;
+        let (mut in_solid, mut lit) = (0, 0);
         for walk in 0..WALKS {
             match self.walk(point, walk, seed) {
-                WalkEnd::Light => return true,
+                WalkEnd::Light => lit += 1,
                 WalkEnd::Solid => in_solid += 1,
                 WalkEnd::Nowhere => {}
+            }
+            if lit == FEWEST_LIT_WALKS {
+                return true;
             }
             if in_solid == FIRST_WALKS && walk + 1 == FIRST_WALKS {
                 return false;

@@ -102,7 +102,7 @@ fn rows_without_answer_are_counted_and_left_out() {
     let errors = PointErrors::measure(&reference, &predictions, &PointSelection::default()).unwrap();
     assert_eq!((errors.answered, errors.unanswered), (1, 1));
     assert_near(errors.mean_bias, 1.0);
-    let free = PointSelection { kind: PointKind::FreeSpace, within: None };
+    let free = PointSelection { kind: PointKind::FreeSpace, ..PointSelection::default() };
     assert_eq!(PointErrors::measure(&reference, &predictions, &free).unwrap().answered, 1);
 }
 
