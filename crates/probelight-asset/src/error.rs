@@ -33,12 +33,14 @@ pub struct InvalidParts {
     pub reason: String,
 }
 
-/// What stops the decoding of a file whose path is the caller's business.
-#[derive(Debug)]
-pub(crate) enum DecodeError {
+/// Why bytes could not be read as a baked scene.
+#[derive(Debug, thiserror::Error)]
+pub enum DecodeError {
     /// The bytes could not be had.
-    Io(std::io::Error),
-    /// The bytes are wrong; says what is wrong and what to do.
+    #[error("cannot read the baked scene: {0}")]
+    Io(#[from] std::io::Error),
+    /// The bytes are not a baked file this version can use; says what is wrong and what to do.
+    #[error("this is not a usable baked file: {0}")]
     Format(String),
 }
 
@@ -48,17 +50,16 @@ impl DecodeError {
         Self::Format(reason.into())
     }
 
+    /// One section is wrong.
+    pub(crate) fn section(name: &str, what: &str) -> Self {
+        Self::Format(format!("its section '{name}' {what}"))
+    }
+
     /// Adds the path.
     pub(crate) fn at(self, path: &Path) -> AssetError {
         match self {
             Self::Io(source) => AssetError::Io { action: "read", path: path.into(), source },
             Self::Format(reason) => AssetError::Format { path: path.into(), reason },
         }
-    }
-}
-
-impl From<std::io::Error> for DecodeError {
-    fn from(source: std::io::Error) -> Self {
-        Self::Io(source)
     }
 }

@@ -57,7 +57,7 @@ pub(crate) fn assemble(ground: Groundwork, light: SceneLight, groups: &[Finished
             signal_ranks: cluster.factors.signal_ranks,
             receiver_basis_offset: baked.receiver_basis.len() as u64,
             signal_basis_offset: baked.signal_basis.len() as u64,
-            row_scale_offset: baked.row_scales.len() as u32,
+            row_scale_offset: baked.row_scales.len() as u64,
             column_exponent_offset: baked.column_exponents.len() as u64,
             error: cluster.factors.error,
         });

@@ -320,7 +320,7 @@ fn push_random_cluster(baked: &mut BakedParts, rng: &mut Rng, size: SyntheticSiz
         signal_ranks,
         receiver_basis_offset: baked.receiver_basis.len() as u64,
         signal_basis_offset: baked.signal_basis.len() as u64,
-        row_scale_offset: baked.row_scales.len() as u32,
+        row_scale_offset: baked.row_scales.len() as u64,
         column_exponent_offset: baked.column_exponents.len() as u64,
         error: 0.0,
     };

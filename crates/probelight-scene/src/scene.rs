@@ -1,5 +1,6 @@
 //! A scene flattened to world space.
 
+use bytemuck::{Pod, Zeroable};
 use probelight_math::glam::{Vec2, Vec3, Vec4};
 
 use crate::{Camera, Light, Material, SceneError, Sources, Texture, Warning};
@@ -40,7 +41,8 @@ pub struct Scene {
 }
 
 /// An axis-aligned box.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Bounds {
     /// Smallest corner, metres.
     pub min: Vec3,

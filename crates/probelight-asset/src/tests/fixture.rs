@@ -1,7 +1,10 @@
 //! A small baked scene, written by hand, with something in every field.
 
 use probelight_math::glam::{Vec2, Vec3, Vec4};
-use probelight_scene::{AlphaMode, Bounds, Camera, Light, Material, Scene, Texture, TextureSlot, Warning};
+use probelight_scene::{
+    AlphaMode, Bounds, Camera, Light, Material, Scene, SourceInstance, SourceTriangle, Sources, Texture,
+    TextureSlot, Warning,
+};
 
 use crate::packed::Ranks;
 use crate::{
@@ -71,7 +74,22 @@ fn scene() -> Scene {
             height: 200,
         }],
         warnings: vec![Warning { message: "triangles without area, left out".into(), count: 3 }],
-        ..Scene::default()
+        sources: Sources {
+            instances: vec![
+                SourceInstance {
+                    node: 3,
+                    node_name: "Table \"é\"".into(),
+                    copy: 1,
+                    mesh: 2,
+                    ..SourceInstance::default()
+                },
+                SourceInstance { mesh_name: "lamp".into(), primitive: 4, ..SourceInstance::default() },
+            ],
+            triangles: vec![
+                SourceTriangle { instance: 1, triangle: 70_000 },
+                SourceTriangle { instance: 0, triangle: 0 },
+            ],
+        },
     }
 }
 
@@ -134,6 +152,7 @@ fn settings() -> BakeSettings {
         probes_per_cluster: 8,
         receivers_per_cluster: 1024,
         blend_borders: true,
+        byte_price: 0.25,
         max_rank: 32,
         max_cluster_error: 0.01,
         byte_price: 0.4,

@@ -98,7 +98,7 @@ impl ClusterEnd {
             && u64::from(cluster.first_probe) == self.probes
             && cluster.receiver_basis_offset == self.receiver_basis
             && cluster.signal_basis_offset == self.signal_basis
-            && u64::from(cluster.row_scale_offset) == self.row_scales
+            && cluster.row_scale_offset == self.row_scales
             && cluster.column_exponent_offset == self.column_exponents
     }
 

@@ -47,10 +47,20 @@ impl BakedParts {
                 "triangle {t} has the back face {face}, which does not exist"
             );
         }
+        self.check_faces()
+    }
+
+    /// Faces lie in the lightmap, each in one page.
+    fn check_faces(&self) -> Result<(), String> {
+        let map = &self.lightmap;
         let size = Vec2::new(map.width as f32, map.height as f32);
+        let page_height = map.page_height() as f32;
         for (f, face) in map.faces.iter().enumerate() {
             let inside = |corner: &Vec2| corner.cmpge(Vec2::ZERO).all() && corner.cmple(size).all();
             ensure!(face.corners.iter().all(inside), "lit face {f} leaves the lightmap");
+            let [a, b, c] = face.corners.map(|corner| corner.y);
+            let page_top = (a.min(b).min(c) / page_height).floor() * page_height;
+            ensure!(a.max(b).max(c) <= page_top + page_height, "lit face {f} leaves its page");
         }
         Ok(())
     }
