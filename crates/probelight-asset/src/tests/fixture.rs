@@ -155,7 +155,6 @@ fn settings() -> BakeSettings {
         byte_price: 0.25,
         max_rank: 32,
         max_cluster_error: 0.01,
-        byte_price: 0.4,
         seed: u64::MAX,
     }
 }
