@@ -82,7 +82,7 @@ mod tests {
         let small = |line: &&str| line.ends_with(&scene.area(1).to_string());
         let rows: Vec<&str> = csv.lines().skip(1).collect();
         assert_eq!(rows.len(), 200);
-        assert_eq!(rows[..100].iter().copied().filter(|line| small(&line)).count(), 0);
-        assert_eq!(rows[100..].iter().copied().filter(|line| small(&line)).count(), 50);
+        assert_eq!(rows[..100].iter().copied().filter(|line| small(line)).count(), 0);
+        assert_eq!(rows[100..].iter().copied().filter(|line| small(line)).count(), 50);
     }
 }

@@ -19,7 +19,7 @@
 //! | compression | `metric`, `compress`, `quantize` | truncated, split, packed (\[SED\] eq. 6) |
 //! | file | `assemble` | the [`probelight_asset::BakedScene`] and its report |
 //!
-//! `groundwork` runs the steps up to the outlooks; what they made, [`groundwork::Groundwork`], is all that later steps
+//! `groundwork` runs the steps up to the outlooks; what they made, its `Groundwork`, is all that later steps
 //! read. `group_worker` runs transport and compression for each cluster, `bake` all of them.
 
 mod air;
