@@ -21,7 +21,7 @@ pub struct LightSample {
     pub position: Vec3,
     /// Index of its triangle.
     pub triangle: u32,
-    /// Its lightmap texel on its side of the triangle, or [`NONE`] if that side has no light of its own.
+    /// Its lightmap texel on its side of the triangle, or [`crate::NONE`] if that side has no light of its own.
     pub texel: u32,
     /// Base colour texture without the material's factor (sRGB-encoded); the fourth byte is 1 on the back
     /// face, else 0.

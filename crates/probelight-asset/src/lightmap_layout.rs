@@ -20,7 +20,7 @@ pub struct LightmapLayout {
     /// Lightmap faces: the front face of triangle t is `faces[t]`, which may be [unlit](LightmapFace::is_lit);
     /// back faces with light of their own follow.
     pub faces: Vec<LightmapFace>,
-    /// Per triangle the index of its back face in `faces`, or [`NONE`].
+    /// Per triangle the index of its back face in `faces`, or [`crate::NONE`].
     pub back_faces: Vec<u32>,
     /// Texels without a receiver that bilinear lookups touch: (texel, texel to copy from), the source always
     /// a receiver of the same chart.
