@@ -113,6 +113,10 @@ pub(crate) fn support_kernel(distance: f32, radius: f32) -> f32 {
 /// Once the probes tried hold this share of the weight that could still come, the rest is not tested.
 const NEGLIGIBLE_REST: f32 = 0.02;
 
+/// How much more light patches may bring than the rays that meet them would under even light: surfels may be brighter than
+/// their patch. Below the inverse of any albedo up to 0.9, so that no crevice multiplies its own light by bounces.
+const LARGEST_PATCH_SUM: f32 = 1.1;
+
 /// Nearest distance that still raises a probe's weight, as a share of the support radius; keeps 1/d² finite.
 const NEAREST_SHARE: f32 = 0.01;
 
@@ -182,7 +186,7 @@ impl TransportBuilder<'_> {
             }
         }
         let (patches, emitters) = row.split_at_mut(scalars.patches.patches.len());
-        limit_sum(patches, near_rays);
+        limit_sum(patches, LARGEST_PATCH_SUM * near_rays);
         let sampling = &scalars.sampling;
         scalars.emitters.add_form_factors(self.tracer, place, sampling, half, rays, emitters);
         transport.halves[half].append(&mut row);
@@ -297,8 +301,7 @@ impl TransportBuilder<'_> {
     }
 }
 
-/// Scales values down to a sum of at most `limit`. Surfels that are brighter than their patch, as the ensemble has it, would
-/// otherwise multiply the light of a crevice whose surfaces see little else than each other, bounce by bounce.
+/// Scales values down to a sum of at most `limit`.
 fn limit_sum(values: &mut [f32], limit: f32) {
     let sum: f32 = values.iter().sum();
     if sum > limit {
@@ -427,7 +430,7 @@ mod tests {
     }
 
     #[test]
-    fn patches_bring_no_more_than_the_rays_that_meet_them() {
+    fn sums_are_limited_and_smaller_ones_stay() {
         let limited = |limit| {
             let mut values = [1.0, 3.0];
             limit_sum(&mut values, limit);
