@@ -16,6 +16,7 @@ mod variants;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
@@ -61,9 +62,18 @@ enum Command {
     },
 }
 
-fn main() -> anyhow::Result<()> {
+fn main() -> ExitCode {
+    let result = run(Cli::parse().command);
+    if let Err(error) = &result {
+        // If even that fails, the exit code still tells.
+        let _ = writeln!(std::io::stderr(), "error: {error:#}");
+    }
+    if result.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn run(command: Command) -> anyhow::Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize()?;
-    match Cli::parse().command {
+    match command {
         Command::Measure(flags) => measure::run(&flags, &root),
         Command::Write { from } => write(&root, from.as_deref()),
         Command::Compare { before, after } => {

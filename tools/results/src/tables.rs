@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use anyhow::bail;
 
 use crate::figures::{Bake, Errors, Figures, SyntheticScene};
-use crate::lookup::{grouped, milliseconds, percent, signed_percent};
+use crate::lookup::{NOT_MEASURED, grouped, milliseconds, percent, signed_percent};
 use crate::variants::{ACCURACY_AGAINST_BYTES, ERROR_BUDGET, Variant};
 
 /// The columns that tables of variants show of the varied scene's sets.
@@ -58,7 +58,7 @@ pub(crate) fn by_name(figures: &Figures, name: &str) -> anyhow::Result<String> {
 
 /// What was not measured.
 fn or_dash(cell: Option<String>) -> String {
-    cell.unwrap_or_else(|| "–".into())
+    cell.unwrap_or_else(|| NOT_MEASURED.into())
 }
 
 /// Bakes with default settings, by scene.
