@@ -25,8 +25,17 @@ fn pairs<'a, T>(
 }
 
 fn errors(before: &Figures, after: &Figures) -> Table {
-    let mut table =
-        Table::new(["bake", "points", "relative RMSE, %:", "", "bias, %:", "median, %:", "95th, %:"]);
+    let mut table = Table::new([
+        "bake",
+        "points",
+        "relative RMSE, %:",
+        "",
+        "bias, %:",
+        "median, %:",
+        "95th, %:",
+        "black, %:",
+        "small triangles, %:",
+    ]);
     for (bake, old, new) in pairs(&before.bakes, &after.bakes) {
         for (set, old, new) in pairs(&old.sets, &new.sets) {
             let change = |value: fn(&Errors) -> Option<f64>| shares(value(old), value(new));
@@ -38,6 +47,8 @@ fn errors(before: &Figures, after: &Figures) -> Table {
                 change(|errors| errors.mean_bias),
                 change(|errors| errors.median_relative_error),
                 change(|errors| errors.p95_relative_error),
+                change(|errors| errors.black_share),
+                change(|errors| errors.small_triangles?.relative_rmse),
             ]);
         }
         if let (Some(old), Some(new)) = (old.random_lights, new.random_lights) {
@@ -47,6 +58,8 @@ fn errors(before: &Figures, after: &Figures) -> Table {
                 shares(Some(old.median), Some(new.median)),
                 mark(new.median > old.median + ERROR_ALLOWANCE),
                 shares(old.mean_bias_size, new.mean_bias_size),
+                String::new(),
+                String::new(),
                 String::new(),
                 String::new(),
             ]);
@@ -120,7 +133,10 @@ mod tests {
     #[test]
     fn rows_hold_both_values() {
         let text = comparison(&figures(0.1, 60.0), &figures(0.12, 50.0));
-        assert!(text.contains("| atrium | sun | 10.00 → 12.00 | worse | – → – | – → – | – → – |"), "{text}");
+        assert!(
+            text.contains(&format!("| atrium | sun | 10.00 → 12.00 | worse |{}\n", " – → – |".repeat(5))),
+            "{text}"
+        );
         assert!(text.contains("| atrium | bytes per receiver | 60.00 | 50.00 | 0.83 |  |"), "{text}");
     }
 }

@@ -60,9 +60,21 @@ pub(crate) struct Errors {
     pub(crate) mean_bias: Option<f64>,
     pub(crate) median_relative_error: Option<f64>,
     pub(crate) p95_relative_error: Option<f64>,
+    /// Share of the points that are exactly black though the reference finds light.
+    pub(crate) black_share: Option<f64>,
+    /// On triangles below 0.05 m², if the set has points chosen by triangle.
+    pub(crate) small_triangles: Option<SmallTriangles>,
     pub(crate) border_jumps: Option<BorderJumps>,
     /// Relative RMSE of the light that a GPU computes.
     pub(crate) gpu_relative_rmse: Option<f64>,
+}
+
+/// Errors on small triangles, shares.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct SmallTriangles {
+    pub(crate) relative_rmse: Option<f64>,
+    pub(crate) median_relative_error: Option<f64>,
+    pub(crate) black_share: f64,
 }
 
 /// Relative jumps of the light beside the borders between clusters, and the same inside them.

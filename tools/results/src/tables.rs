@@ -45,6 +45,7 @@ pub(crate) fn by_name(figures: &Figures, name: &str) -> anyhow::Result<String> {
         "errors" => errors(figures),
         "bakes" => bakes(figures),
         "random lights" => random_lights(figures),
+        "small triangles" => small_triangles(figures),
         "seams" => seams(figures),
         "accuracy against bytes" => variants(figures, &ACCURACY_AGAINST_BYTES),
         "error budget" => variants(figures, &ERROR_BUDGET),
@@ -139,6 +140,32 @@ fn random_lights(figures: &Figures) -> Table {
         ]);
     }
     table
+}
+
+fn small_triangles(figures: &Figures) -> Table {
+    let mut table = Table::new([
+        "set",
+        "black, of the area:",
+        "small triangles, relative RMSE:",
+        "median:",
+        "black, of the small triangles:",
+    ]);
+    for (set, errors) in default_sets(figures) {
+        let Some(small) = errors.small_triangles else { continue };
+        table.row([
+            set.into(),
+            or_dash(errors.black_share.map(fine_percent)),
+            or_dash(small.relative_rmse.map(percent)),
+            or_dash(small.median_relative_error.map(percent)),
+            fine_percent(small.black_share),
+        ]);
+    }
+    table
+}
+
+/// A share of which a thousandth of a per cent counts.
+fn fine_percent(share: f64) -> String {
+    format!("{:.3} %", 100.0 * share)
 }
 
 fn seams(figures: &Figures) -> Table {
