@@ -148,7 +148,7 @@ fn surfels(info: &BakedInfo) -> String {
 
 fn emitters(info: &BakedInfo) -> String {
     match info.settings.method {
-        Method::Paper => "shine by way of the probes".into(),
+        Method::Paper => "none: probes see them".into(),
         Method::Hybrid => format!("{} with signals of their own", info.emitters),
     }
 }
