@@ -21,6 +21,8 @@ pub(crate) fn value(figures: &Figures, name: &str) -> anyhow::Result<String> {
     let value = match parts[..] {
         ["machine"] => Some(figures.machine.clone()),
         ["formats"] => Some(formats(figures)),
+        [scene, "least"] => extreme(bake(scene)?, scene, f64::min),
+        [scene, "largest"] => extreme(bake(scene)?, scene, f64::max),
         [scene, field] => bake_figure(bake(scene)?, field)?,
         [scene, set, field] => {
             let errors = bake(scene)?.sets.get(set).with_context(|| format!("no set {set} was measured"))?;
@@ -53,6 +55,14 @@ fn bake_figure(bake: &Bake, field: &str) -> anyhow::Result<Option<String>> {
         "random" => bake.random_lights.map(|lights| short_percent(lights.median)),
         _ => bail!("a bake has no figure {field}"),
     })
+}
+
+/// The least or largest error of a bake, and the light that it has it under.
+fn extreme(bake: &Bake, scene: &str, better: fn(f64, f64) -> f64) -> Option<String> {
+    let extreme = bake.sets.values().map(|errors| errors.relative_rmse).reduce(better)?;
+    let (set, _) = bake.sets.iter().find(|(_, errors)| errors.relative_rmse == extreme)?;
+    let light = set.strip_prefix(scene).unwrap_or(set).trim_start_matches('_');
+    Some(format!("{} ({light})", short_percent(extreme)))
 }
 
 fn error_figure(errors: &Errors, field: &str) -> anyhow::Result<Option<String>> {
@@ -109,16 +119,19 @@ mod tests {
     #[test]
     fn all_fields_are_found_by_name() {
         let errors = Errors { relative_rmse: 0.1197, mean_bias: Some(-0.0033), ..Errors::default() };
+        let sky = Errors { relative_rmse: 0.0237, ..Errors::default() };
         let bake = Bake {
             format: 6,
             still_ms: Some(11.8),
-            sets: [("atrium_sun".into(), errors)].into(),
+            sets: [("atrium_sun".into(), errors), ("atrium_sky".into(), sky)].into(),
             ..Bake::default()
         };
         let figures = Figures { bakes: [("atrium".into(), bake)].into(), ..Figures::default() };
         assert_eq!(value(&figures, "atrium/atrium_sun/rmse").unwrap(), "12.0 %");
         assert_eq!(value(&figures, "atrium/atrium_sun/bias").unwrap(), "-0.33 %");
         assert_eq!(value(&figures, "atrium/still").unwrap(), "11.8 ms");
+        assert_eq!(value(&figures, "atrium/least").unwrap(), "2.4 % (sky)");
+        assert_eq!(value(&figures, "atrium/largest").unwrap(), "12.0 % (sun)");
         assert_eq!(value(&figures, "formats").unwrap(), "6");
         for absent in ["atrium/moving", "atrium/atrium_sun/p95"] {
             assert_eq!(value(&figures, absent).unwrap(), NOT_MEASURED);

@@ -28,12 +28,14 @@ Examples (after `cargo run --release -p results --`):
   measure -o out/after.json --scenes assets/scenes --truth TRUTH            every scene that is there
   measure -o out/after.json --scenes SCENES --truth TRUTH cornell --variants --gpu
   measure -o out/plain.json --scenes SCENES --truth TRUTH cornell -- --metric plain
+  measure -o out/random.json --scenes SCENES --truth TRUTH --truth RANDOM   random lights, too
   compare docs/results.json out/after.json                                  before and after, as Markdown
   write --from out/after.json                                               new figures, and the documents with them
   write                                                                     the documents, after an edit
 
 TRUTH holds setups/NAME.json and points/NAME.csv: tables as `probelight reference --points` writes them.
-An interrupted measurement goes on where it was; to begin anew, delete its file.";
+Baked files are kept in the folder out/after/ beside out/after.json. An interrupted measurement goes on where it was, and
+tries again what failed; to begin anew, or for another program, name another file.";
 
 /// Measures Probelight and keeps the documents' figures true.
 #[derive(Parser)]

@@ -1,13 +1,17 @@
 //! `results measure`: bakes scenes and holds them against their reference points.
+//!
+//! What is finished is kept after each step, so an interrupted measurement goes on where it was. A bake that fails is
+//! reported and left out, so that a night's work does not end with the first of them.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use clap::Args;
 use serde_json::Value;
 
 use crate::figures::{Bake, Errors, Figures, RandomLights, Scaling, SyntheticScene};
+use crate::lookup::{grouped, percent};
 use crate::program::Program;
 use crate::truth::{self, MeasuredScene, Set};
 use crate::variants;
@@ -21,12 +25,12 @@ pub(crate) struct Flags {
     /// Folder with scenes; those that are absent are left out
     #[arg(long, value_name = "DIR")]
     scenes: PathBuf,
-    /// Folder with setups/NAME.json and points/NAME.csv
+    /// Folder with setups/NAME.json and points/NAME.csv; may be given several times
+    #[arg(long, value_name = "DIR", required = true)]
+    truth: Vec<PathBuf>,
+    /// Folder for baked files [default: FIGURES without .json]
     #[arg(long, value_name = "DIR")]
-    truth: PathBuf,
-    /// Folder for baked files
-    #[arg(long, value_name = "DIR", default_value = "out/results")]
-    bakes: PathBuf,
+    bakes: Option<PathBuf>,
     /// The program to measure [default: this workspace's, built first]
     #[arg(long, value_name = "PROBELIGHT")]
     probelight: Option<PathBuf>,
@@ -56,44 +60,87 @@ const SYNTHETIC_FRAMES: &str = "10";
 /// A measurement under way.
 struct Measurement<'a> {
     flags: &'a Flags,
+    /// Folder for baked files.
+    bakes: PathBuf,
     program: Program,
     figures: Figures,
+}
+
+/// A bake to measure.
+struct Job<'a> {
+    scene: &'a MeasuredScene,
+    options: Vec<String>,
+}
+
+impl<'a> Job<'a> {
+    /// The bakes that are asked for, in order.
+    fn all(flags: &Flags, scenes: &'a [MeasuredScene]) -> Vec<Self> {
+        let mut jobs = Vec::new();
+        for scene in scenes {
+            jobs.push(Self { scene, options: flags.options.clone() });
+            if flags.variants && scene.name == variants::VARIED_SCENE {
+                let options = |text: &str| text.split_whitespace().map(String::from).collect();
+                let varied = variants::all_options().into_iter().filter(|text| !text.is_empty());
+                jobs.extend(varied.map(|text| Self { scene, options: options(text) }));
+            }
+        }
+        jobs
+    }
+
+    /// Its name among the figures' bakes.
+    fn name(&self) -> String {
+        [std::slice::from_ref(&self.scene.name), &self.options].concat().join(" ")
+    }
 }
 
 /// Measures what is not yet measured.
 pub(crate) fn run(flags: &Flags, root: &Path) -> anyhow::Result<()> {
     let scenes = truth::find(&flags.scenes, &flags.truth, &flags.only)?;
     let program = Program::new(flags.probelight.clone(), root)?;
-    std::fs::create_dir_all(&flags.bakes)
-        .with_context(|| format!("cannot create {}", flags.bakes.display()))?;
+    let bakes = flags.bakes.clone().unwrap_or_else(|| flags.out.with_extension(""));
+    ensure!(bakes != flags.out, "{} does not end with .json", flags.out.display());
+    std::fs::create_dir_all(&bakes).with_context(|| format!("cannot create {}", bakes.display()))?;
     let figures = if flags.out.exists() { Figures::read(&flags.out)? } else { Figures::default() };
-    let mut measurement = Measurement { flags, program, figures: Figures { machine: machine(), ..figures } };
-    for scene in &scenes {
-        measurement.measure(scene, &flags.options)?;
-        if flags.variants && scene.name == variants::VARIED_SCENE {
-            for options in variants::all_options() {
-                let options: Vec<String> = options.split_whitespace().map(String::from).collect();
-                measurement.measure(scene, &options)?;
-            }
-        }
-    }
-    if flags.scaling {
-        for backend in ["cpu", "gpu"] {
-            measurement.measure_scaling(backend)?;
-        }
-    }
-    Ok(())
+    let figures = Figures { machine: machine(), ..figures };
+    figures.write(&flags.out)?;
+    let mut measurement = Measurement { flags, bakes, program, figures };
+    let failed = measurement.measure_all(&Job::all(flags, &scenes))?;
+    ensure!(
+        failed.is_empty(),
+        "these were not measured: {}; the same command tries them again",
+        failed.join(", ")
+    );
+    note(&format!("all is in {}", flags.out.display()))
 }
 
 impl Measurement<'_> {
+    /// Returns what failed, by name.
+    fn measure_all(&mut self, jobs: &[Job<'_>]) -> anyhow::Result<Vec<String>> {
+        let mut failed = Vec::new();
+        let mut keep_failure = |name: String, result: anyhow::Result<()>| {
+            let Err(error) = result else { return Ok(()) };
+            let said = note(&format!("warning: {name} is left out: {error:#}"));
+            failed.push(name);
+            said
+        };
+        for (number, job) in jobs.iter().enumerate() {
+            note(&format!("[{} of {}] {}", number + 1, jobs.len(), job.name()))?;
+            keep_failure(job.name(), self.measure(job))?;
+        }
+        for backend in ["cpu", "gpu"].into_iter().filter(|_| self.flags.scaling) {
+            keep_failure(format!("frames of synthetic scenes, {backend}"), self.measure_scaling(backend))?;
+        }
+        Ok(failed)
+    }
+
     /// Measures one bake of a scene, and keeps what is finished.
-    fn measure(&mut self, scene: &MeasuredScene, options: &[String]) -> anyhow::Result<()> {
-        let name = [std::slice::from_ref(&scene.name), options].concat().join(" ");
-        let file = self.flags.bakes.join(format!("{}.plight", name.replace([' ', '/'], "_")));
+    fn measure(&mut self, job: &Job<'_>) -> anyhow::Result<()> {
+        let (scene, name) = (job.scene, job.name());
+        let file = self.bakes.join(format!("{}.plight", name.replace([' ', '/'], "_")));
         let mut bake = match self.figures.bakes.get(&name) {
+            Some(bake) if self.is_complete(bake, scene) => return note("  measured before"),
             Some(bake) if file.exists() => bake.clone(),
-            Some(bake) if self.is_complete(bake, scene) => return Ok(()),
-            _ => self.bake(scene, options, &file)?,
+            _ => self.bake(job, &file)?,
         };
         self.keep(&name, &bake)?;
         for set in scene.named_sets() {
@@ -133,10 +180,10 @@ impl Measurement<'_> {
         self.figures.write(&self.flags.out)
     }
 
-    fn bake(&self, scene: &MeasuredScene, options: &[String], file: &Path) -> anyhow::Result<Bake> {
-        note(&format!("baking {} {}", scene.name, options.join(" ")))?;
-        let (scene, file) = (shown(&scene.path), shown(file));
-        let arguments = ["bake", &scene, "-o", &file].into_iter().chain(options.iter().map(String::as_str));
+    fn bake(&self, job: &Job<'_>, file: &Path) -> anyhow::Result<Bake> {
+        let (scene, file) = (shown(&job.scene.path), shown(file));
+        let arguments =
+            ["bake", &scene, "-o", &file].into_iter().chain(job.options.iter().map(String::as_str));
         let run = self.program.run(&arguments.collect::<Vec<_>>())?;
         let report = &run.report;
         let number = |pointer: &str| {
@@ -145,14 +192,17 @@ impl Measurement<'_> {
                 .and_then(Value::as_f64)
                 .with_context(|| format!("bake reports no {pointer}"))
         };
+        let (receivers, bytes, seconds) =
+            (number("/receivers")? as u64, number("/matrix_bytes_per_receiver")?, number("/seconds")?);
+        note(&format!("  baked in {seconds:.0} s: {} receivers of {bytes:.1} bytes", grouped(receivers)))?;
         Ok(Bake {
             format: number("/format_version")? as u64,
-            receivers: Some(number("/receivers")? as u64),
+            receivers: Some(receivers),
             probes: Some(number("/probes")? as u64),
-            bytes_per_receiver: number("/matrix_bytes_per_receiver")?,
+            bytes_per_receiver: bytes,
             file_bytes: Some(number("/file_bytes")? as u64),
             compression_error: Some(number("/report/mean_cluster_error")?),
-            seconds: Some(number("/seconds")?),
+            seconds: Some(seconds),
             peak_mib: run.peak_mib,
             ..Bake::default()
         })
@@ -160,8 +210,8 @@ impl Measurement<'_> {
 
     /// The errors of a set, on the CPU and, if asked for, the GPU.
     fn errors(&self, file: &Path, set: &Set) -> anyhow::Result<Errors> {
-        note(&format!("  {}", set.name))?;
         let mut errors = self.eval(file, set, "cpu")?;
+        note(&format!("  {}: {}", set.name, percent(errors.relative_rmse)))?;
         if self.flags.gpu {
             errors.gpu_relative_rmse = Some(self.eval(file, set, "gpu")?.relative_rmse);
         }
@@ -231,4 +281,84 @@ fn note(line: &str) -> anyhow::Result<()> {
 
 fn shown(path: impl AsRef<Path>) -> String {
     path.as_ref().display().to_string()
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// Scenes of these names, a lamp in each.
+    fn folder(names: &[&str]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for part in ["setups", "points"] {
+            std::fs::create_dir(folder.path().join(part)).unwrap();
+        }
+        for name in names {
+            let setup = format!(r#"{{"scene": "{name}.glb", "lights": [{{"type": "point"}}]}}"#);
+            std::fs::write(folder.path().join(format!("setups/{name}_lamp.json")), setup).unwrap();
+            std::fs::write(folder.path().join(format!("points/{name}_lamp.csv")), "").unwrap();
+            std::fs::write(folder.path().join(format!("{name}.glb")), "").unwrap();
+        }
+        folder
+    }
+
+    fn flags(folder: &Path) -> Flags {
+        let testdata = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata");
+        Flags {
+            out: folder.join("figures.json"),
+            scenes: folder.into(),
+            truth: vec![folder.into()],
+            bakes: None,
+            probelight: Some(testdata.join("probelight.sh")),
+            gpu: false,
+            scaling: false,
+            variants: false,
+            only: Vec::new(),
+            options: Vec::new(),
+        }
+    }
+
+    fn measured(flags: &Flags) -> Figures {
+        Figures::read(&flags.out).unwrap()
+    }
+
+    #[test]
+    fn all_that_is_asked_for_is_measured() {
+        let folder = folder(&["cornell", "hall"]);
+        let flags = Flags { variants: true, ..flags(folder.path()) };
+        run(&flags, folder.path()).unwrap();
+        let bakes = measured(&flags).bakes;
+        assert_eq!(bakes.len(), 1 + variants::all_options().len());
+        let hall = &bakes["hall"];
+        assert_eq!((hall.receivers, hall.still_ms, hall.moving_ms), (Some(1000), Some(1.0), Some(2.0)));
+        assert_eq!(hall.sets["hall_lamp"].relative_rmse, 0.1);
+        assert!(bakes.contains_key("cornell --method paper"));
+    }
+
+    #[test]
+    fn what_fails_is_named_and_the_rest_is_measured() {
+        let folder = folder(&["broken", "hall"]);
+        let flags = flags(folder.path());
+        let error = format!("{:#}", run(&flags, folder.path()).unwrap_err());
+        assert!(error.contains("not measured: broken;") && !error.contains("hall"), "{error}");
+        assert_eq!(measured(&flags).bakes.into_keys().collect::<Vec<_>>(), ["hall"]);
+    }
+
+    #[test]
+    fn only_what_is_missing_is_measured_again() {
+        let folder = folder(&["cornell", "hall"]);
+        let flags = flags(folder.path());
+        run(&flags, folder.path()).unwrap();
+        let mut figures = measured(&flags);
+        for bake in figures.bakes.values_mut() {
+            bake.bytes_per_receiver = 7.0;
+            bake.sets.clear();
+        }
+        figures.write(&flags.out).unwrap();
+        std::fs::remove_file(folder.path().join("figures/hall.plight")).unwrap();
+        run(&flags, folder.path()).unwrap();
+        let bakes = measured(&flags).bakes;
+        assert_eq!((bakes["cornell"].bytes_per_receiver, bakes["hall"].bytes_per_receiver), (7.0, 50.0));
+        assert!(bakes.values().all(|bake| bake.sets.len() == 1));
+    }
 }

@@ -1,9 +1,9 @@
-//! Scenes and what is known about them: a folder of scenes, and one with `setups/NAME.json` and `points/NAME.csv`.
+//! Scenes and what is known about them: a folder of scenes, and others with `setups/NAME.json` and `points/NAME.csv`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use serde_json::Value;
 
 /// Part of the names of sets that are summed up, see `tools/random-lightings.py`.
@@ -15,7 +15,7 @@ pub(crate) struct MeasuredScene {
     /// Its file's name without extension.
     pub(crate) name: String,
     pub(crate) path: PathBuf,
-    /// By name.
+    /// By name; of those with one name, that of the last folder.
     pub(crate) sets: Vec<Set>,
 }
 
@@ -53,15 +53,15 @@ impl Set {
 }
 
 /// The scenes in `scenes` for which `truth` has reference points, by name; those named `only`, or all.
-pub(crate) fn find(scenes: &Path, truth: &Path, only: &[String]) -> anyhow::Result<Vec<MeasuredScene>> {
-    let mut sets = sets_by_scene(truth)?;
+pub(crate) fn find(scenes: &Path, truth: &[PathBuf], only: &[String]) -> anyhow::Result<Vec<MeasuredScene>> {
+    let mut sets: BTreeMap<String, Vec<Set>> = BTreeMap::new();
+    for folder in truth {
+        add_sets(folder, &mut sets)?;
+    }
+    let shown = truth.iter().map(|folder| folder.display().to_string()).collect::<Vec<_>>().join(", ");
     let names: Vec<String> = sets.keys().cloned().collect();
     if let Some(unknown) = only.iter().find(|name| !names.contains(name)) {
-        anyhow::bail!(
-            "{} has no reference points of {unknown}, only of {}",
-            truth.display(),
-            names.join(", ")
-        );
+        bail!("{shown} has no reference points of {unknown}, only of {}", names.join(", "));
     }
     let mut found = Vec::new();
     for name in names.into_iter().filter(|name| only.is_empty() || only.contains(name)) {
@@ -72,16 +72,16 @@ pub(crate) fn find(scenes: &Path, truth: &Path, only: &[String]) -> anyhow::Resu
             found.push(MeasuredScene { name, path, sets });
         }
     }
-    ensure!(!found.is_empty(), "{} has none of the scenes that {} knows", scenes.display(), truth.display());
+    ensure!(!found.is_empty(), "{} has none of the scenes that {shown} knows", scenes.display());
     Ok(found)
 }
 
-fn sets_by_scene(truth: &Path) -> anyhow::Result<BTreeMap<String, Vec<Set>>> {
+/// Adds the sets of a folder, by scene.
+fn add_sets(truth: &Path, sets: &mut BTreeMap<String, Vec<Set>>) -> anyhow::Result<()> {
     let folder = truth.join("setups");
     let entries = std::fs::read_dir(&folder).with_context(|| format!("cannot read {}", folder.display()))?;
     let mut setups: Vec<PathBuf> = entries.map(|e| Ok(e?.path())).collect::<std::io::Result<_>>()?;
     setups.sort();
-    let mut sets: BTreeMap<String, Vec<Set>> = BTreeMap::new();
     for setup in setups {
         let Some(name) = setup.file_stem().and_then(|stem| stem.to_str()).map(str::to_owned) else {
             continue;
@@ -89,10 +89,13 @@ fn sets_by_scene(truth: &Path) -> anyhow::Result<BTreeMap<String, Vec<Set>>> {
         let points = truth.join("points").join(format!("{name}.csv"));
         if points.exists() {
             let (scene, analytic_lights) = scene_and_lights(&setup)?;
-            sets.entry(scene).or_default().push(Set { name, setup, points, analytic_lights });
+            let sets = sets.entry(scene).or_default();
+            sets.retain(|set| set.name != name);
+            sets.push(Set { name, setup, points, analytic_lights });
+            sets.sort_by(|a, b| a.name.cmp(&b.name));
         }
     }
-    Ok(sets)
+    Ok(())
 }
 
 /// The scene that a setup is for, and the number of its analytic lights.
@@ -137,7 +140,7 @@ mod tests {
     #[test]
     fn scenes_that_are_absent_are_left_out() {
         let folder = folders();
-        let scenes = find(folder.path(), folder.path(), &[]).unwrap();
+        let scenes = find(folder.path(), &[folder.path().into()], &[]).unwrap();
         assert_eq!(scenes.len(), 1);
         let names: Vec<&str> = scenes[0].named_sets().map(|set| set.name.as_str()).collect();
         assert_eq!((scenes[0].name.as_str(), names), ("a", vec!["a_lamp", "a_night", "a_sky"]));
@@ -148,9 +151,24 @@ mod tests {
     #[test]
     fn scenes_that_are_asked_for_must_be_there() {
         let folder = folders();
-        let find = |name: &str| find(folder.path(), folder.path(), &[name.into()]);
+        let find = |name: &str| find(folder.path(), &[folder.path().into()], &[name.into()]);
         assert!(find("a").is_ok());
         assert!(format!("{:#}", find("b").unwrap_err()).contains("b.glb does not exist"));
         assert!(format!("{:#}", find("c").unwrap_err()).contains("only of a, b"));
+    }
+
+    #[test]
+    fn sets_come_from_all_folders() {
+        let (folder, other) = (folders(), folders());
+        let set = |part: &str, name: &str| other.path().join(part).join(name);
+        std::fs::rename(set("setups", "a_sky.json"), set("setups", "a_dusk.json")).unwrap();
+        std::fs::rename(set("points", "a_sky.csv"), set("points", "a_dusk.csv")).unwrap();
+        let names = |truth: &[PathBuf]| -> Vec<String> {
+            let scenes = find(folder.path(), truth, &[]).unwrap();
+            scenes[0].named_sets().map(|set| set.name.clone()).collect()
+        };
+        let both = [folder.path().to_owned(), other.path().to_owned()];
+        assert_eq!(names(&both), ["a_dusk", "a_lamp", "a_night", "a_sky"]);
+        assert_eq!(names(&both[1..]), ["a_dusk", "a_lamp", "a_night"]);
     }
 }
