@@ -95,7 +95,10 @@ impl<'a> Job<'a> {
 
 /// Measures what is not yet measured.
 pub(crate) fn run(flags: &Flags, root: &Path) -> anyhow::Result<()> {
-    let scenes = truth::find(&flags.scenes, &flags.truth, &flags.only)?;
+    let found = truth::find(&flags.scenes, &flags.truth, &flags.only)?;
+    for path in &found.absent {
+        note(&format!("left out: {} does not exist", path.display()))?;
+    }
     let program = Program::new(flags.probelight.clone(), root)?;
     let bakes = flags.bakes.clone().unwrap_or_else(|| flags.out.with_extension(""));
     ensure!(bakes != flags.out, "{} does not end with .json", flags.out.display());
@@ -104,7 +107,7 @@ pub(crate) fn run(flags: &Flags, root: &Path) -> anyhow::Result<()> {
     let figures = Figures { machine: machine(), ..figures };
     figures.write(&flags.out)?;
     let mut measurement = Measurement { flags, bakes, program, figures };
-    let failed = measurement.measure_all(&Job::all(flags, &scenes))?;
+    let failed = measurement.measure_all(&Job::all(flags, &found.scenes))?;
     ensure!(
         failed.is_empty(),
         "these were not measured: {}; the same command tries them again",

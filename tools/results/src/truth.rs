@@ -19,6 +19,15 @@ pub(crate) struct MeasuredScene {
     pub(crate) sets: Vec<Set>,
 }
 
+/// What there is to measure.
+#[derive(Debug, Default)]
+pub(crate) struct Found {
+    /// By name.
+    pub(crate) scenes: Vec<MeasuredScene>,
+    /// Files of scenes that have reference points but do not exist.
+    pub(crate) absent: Vec<PathBuf>,
+}
+
 /// Light and reference points.
 #[derive(Clone, Debug)]
 pub(crate) struct Set {
@@ -53,7 +62,7 @@ impl Set {
 }
 
 /// The scenes in `scenes` for which `truth` has reference points, by name; those named `only`, or all.
-pub(crate) fn find(scenes: &Path, truth: &[PathBuf], only: &[String]) -> anyhow::Result<Vec<MeasuredScene>> {
+pub(crate) fn find(scenes: &Path, truth: &[PathBuf], only: &[String]) -> anyhow::Result<Found> {
     let mut sets: BTreeMap<String, Vec<Set>> = BTreeMap::new();
     for folder in truth {
         add_sets(folder, &mut sets)?;
@@ -63,16 +72,18 @@ pub(crate) fn find(scenes: &Path, truth: &[PathBuf], only: &[String]) -> anyhow:
     if let Some(unknown) = only.iter().find(|name| !names.contains(name)) {
         bail!("{shown} has no reference points of {unknown}, only of {}", names.join(", "));
     }
-    let mut found = Vec::new();
+    let mut found = Found::default();
     for name in names.into_iter().filter(|name| only.is_empty() || only.contains(name)) {
         let path = scenes.join(format!("{name}.glb"));
         ensure!(path.exists() || only.is_empty(), "{} does not exist", path.display());
         if path.exists() {
             let sets = sets.remove(&name).unwrap_or_default();
-            found.push(MeasuredScene { name, path, sets });
+            found.scenes.push(MeasuredScene { name, path, sets });
+        } else {
+            found.absent.push(path);
         }
     }
-    ensure!(!found.is_empty(), "{} has none of the scenes that {shown} knows", scenes.display());
+    ensure!(!found.scenes.is_empty(), "{} has none of the scenes that {shown} knows", scenes.display());
     Ok(found)
 }
 
@@ -140,8 +151,8 @@ mod tests {
     #[test]
     fn scenes_that_are_absent_are_left_out() {
         let folder = folders();
-        let scenes = find(folder.path(), &[folder.path().into()], &[]).unwrap();
-        assert_eq!(scenes.len(), 1);
+        let Found { scenes, absent } = find(folder.path(), &[folder.path().into()], &[]).unwrap();
+        assert_eq!((scenes.len(), absent), (1, vec![folder.path().join("b.glb")]));
         let names: Vec<&str> = scenes[0].named_sets().map(|set| set.name.as_str()).collect();
         assert_eq!((scenes[0].name.as_str(), names), ("a", vec!["a_lamp", "a_night", "a_sky"]));
         assert_eq!(scenes[0].random_sets().count(), 1);
@@ -164,7 +175,7 @@ mod tests {
         std::fs::rename(set("setups", "a_sky.json"), set("setups", "a_dusk.json")).unwrap();
         std::fs::rename(set("points", "a_sky.csv"), set("points", "a_dusk.csv")).unwrap();
         let names = |truth: &[PathBuf]| -> Vec<String> {
-            let scenes = find(folder.path(), truth, &[]).unwrap();
+            let scenes = find(folder.path(), truth, &[]).unwrap().scenes;
             scenes[0].named_sets().map(|set| set.name.clone()).collect()
         };
         let both = [folder.path().to_owned(), other.path().to_owned()];
