@@ -185,7 +185,7 @@ fn error_lines(info: &BakedInfo) -> Vec<(&'static str, String)> {
         percent(report.uncovered_fraction)
     );
     let mut lines = vec![("compression error", compression), ("rays nothing answers", unseen)];
-    lines.extend(report.warnings.iter().map(|warning| ("warning", warning.clone())));
+    lines.extend(report.warnings.iter().map(|warning| ("warning:", warning.clone())));
     lines
 }
 
