@@ -21,6 +21,7 @@ use rayon::prelude::*;
 use crate::BakeError;
 use crate::groundwork::Groundwork;
 use crate::scene_light::LightSources;
+use crate::steps::for_each_in_parallel;
 use crate::surfels::SurfelTree;
 
 /// Lightings of each kind; emitters take part one by one, up to a limit.
@@ -118,20 +119,9 @@ impl LightEnsemble {
         let input = Input { ground, sources };
         let lightings = draw_lightings(input);
         let (count, surfels) = (lightings.len(), input.sources.surfels.surfels.len());
-        progress.begin("lighting with random lights", surfels as u64);
-        let lit: Vec<LitSurfel> = (0..surfels)
-            .into_par_iter()
-            .map(|surfel| {
-                if progress.is_cancelled() {
-                    return LitSurfel::default();
-                }
-                progress.advance(1);
-                LitSurfel::light(input, &lightings, surfel)
-            })
-            .collect();
-        if progress.is_cancelled() {
-            return Err(BakeError::Cancelled);
-        }
+        let light = |surfel| LitSurfel::light(input, &lightings, surfel);
+        let surfels_to_light = (0..surfels).into_par_iter();
+        let lit = for_each_in_parallel("lighting with random lights", surfels_to_light, progress, light)?;
         let mut radiance = bounce(&lit, count);
         let scales = normalize(&mut radiance, &input.sources.surfels.sizes[..surfels], count);
         let weights = kind_weights(&lightings);
