@@ -157,13 +157,13 @@ impl LightEnsemble {
         let coefficients = coefficient_count(input.ground.settings.sh_degree as usize);
         let table = weighted_basis(&input.ground.directions, input.ground.settings.sh_degree as usize);
         let sky = input.ground.settings.sky_degree.is_none().then_some(sky);
-        let per_probe: Vec<Vec<f32>> = input
-            .sources
-            .relight_surfels
-            .par_chunks(rays.max(1))
+        // One list for all: it is the largest of the bake.
+        let mut probes = vec![0.0; input.ground.probes.positions.len() * coefficients * count];
+        probes
+            .par_chunks_mut(coefficients * count)
+            .zip(input.sources.relight_surfels.par_chunks(rays.max(1)))
             .zip(input.sources.balance.gains.par_chunks(rays.max(1)))
-            .map(|(surfels, gains)| {
-                let mut sums = vec![0.0; coefficients * count];
+            .for_each(|((sums, surfels), gains)| {
                 for (ray, (surfel, gain)) in surfels.iter().zip(gains).enumerate() {
                     let gain = f32::from(*gain) / f32::from(GAIN_STEPS);
                     let radiance = match (*surfel, sky) {
@@ -176,10 +176,8 @@ impl LightEnsemble {
                         add_scaled(sums, *y * gain, radiance);
                     }
                 }
-                sums
-            })
-            .collect();
-        per_probe.concat()
+            });
+        probes
     }
 
     /// Appends the emitters' and the sky's signals.

@@ -123,14 +123,40 @@ fn more_pieces_than_receivers_are_few_texels_each_and_warned_of() {
     assert!((5000..7000).contains(&receivers) && warned.is_empty(), "{receivers}: {warned}");
 }
 
+/// The shapes baked with so many receivers, under a sky of radiance 1.
+fn under_the_sky(shapes: Vec<Shape>, receivers: u32) -> Runtime {
+    let scene = scene_of(shapes.into_iter().map(|shape| (shape, false)).collect());
+    let options = BakeOptions { receivers: Some(receivers), ..quick(Method::Hybrid) };
+    let mut runtime = Runtime::new(Arc::new(bake(Arc::new(scene), &options, None, &Silent).unwrap()));
+    runtime.set_lighting(Lighting { sky: Sky::Uniform(Vec3::ONE), ..Lighting::default() });
+    runtime.converge(1e-4, 50);
+    runtime
+}
+
+#[test]
+fn what_is_free_of_small_half_hidden_faces_is_lit() {
+    let mut shapes = vec![solid(Vec3::new(-25.0, -0.2, -25.0), Vec3::new(25.0, 0.0, 25.0))];
+    let corner = |i: u32| Vec3::new((i % 10) as f32 * 4.0 - 20.0, -0.01, (i / 10) as f32 * 4.0 - 20.0);
+    let free = |i: u32| 0.04 + 0.03 * (i % 10) as f32;
+    for i in 0..60 {
+        let (low, size) = (corner(i), Vec3::new(0.4, 0.41, 0.4));
+        let moved = low + Vec3::new(free(i), 0.0, 0.1);
+        shapes.extend([solid(low, low + size), solid(moved, moved + size)]);
+    }
+    let runtime = under_the_sky(shapes, 1500);
+    for i in 0..60 {
+        let beside = corner(i) + Vec3::new(0.5 * free(i), 0.2, 0.4);
+        let found = runtime.irradiance_at(beside, Vec3::Z).unwrap().y;
+        assert!(found > 0.1 * PI, "{found} on the free {} m of block {i}", free(i));
+        let below = corner(i) + Vec3::new(0.1, 0.0, 0.1);
+        assert_eq!(runtime.irradiance_at(below, Vec3::NEG_Y), Some(Vec3::ZERO), "in the floor");
+    }
+}
+
 #[test]
 fn a_strip_of_a_kilometre_is_lit_all_along() {
     let strip = sheet(Vec3::new(-500.0, 0.0, 0.005), Vec3::X * 1000.0, Vec3::Z * -0.01);
-    let baked =
-        bake(Arc::new(scene_of(vec![(strip, false)])), &quick(Method::Hybrid), None, &Silent).unwrap();
-    let mut runtime = Runtime::new(Arc::new(baked));
-    runtime.set_lighting(Lighting { sky: Sky::Uniform(Vec3::ONE), ..Lighting::default() });
-    runtime.converge(1e-4, 50);
+    let runtime = under_the_sky(vec![strip], 1500);
     for x in [-499.0, -3.0, 0.5, 321.0] {
         let found = runtime.irradiance_at(Vec3::new(x, 0.0, 0.0), Vec3::Y).unwrap().y;
         assert!((found / PI - 1.0).abs() < 0.02, "{found} at {x}");

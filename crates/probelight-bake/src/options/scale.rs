@@ -20,6 +20,10 @@ const SMALLEST_QUARTILE: f32 = 0.3;
 /// And the largest: squares and valleys have some 10 metres.
 const LARGEST_QUARTILE: f32 = 30.0;
 
+/// Diagonal from which on a scene is no smaller than a room in metres, however close its surfaces are (a square full
+/// of small things), metres.
+const LARGE_DIAGONAL: f32 = 30.0;
+
 /// Voxels near surfaces that any scene may have, and those that come on top for each receiver.
 const FEWEST_PLACES: f64 = 500_000.0;
 const PLACES_PER_RECEIVER: f64 = 10.0;
@@ -48,9 +52,10 @@ impl Scale {
         }
         distances.sort_by(f32::total_cmp);
         let lower_quartile = distances[distances.len() / 4];
+        let diagonal = tracer.scene().bounds().diagonal();
         Self {
             free_distance: distances[distances.len() / 2],
-            unit: unit_of(lower_quartile),
+            unit: unit_of(lower_quartile, diagonal),
             area: tracer.scene().surface_area(),
         }
     }
@@ -64,11 +69,12 @@ impl Scale {
 }
 
 /// See [`Scale::unit`].
-fn unit_of(lower_quartile: f32) -> f32 {
-    if (SMALLEST_QUARTILE..LARGEST_QUARTILE).contains(&lower_quartile) {
+fn unit_of(lower_quartile: f32, diagonal: f32) -> f32 {
+    let size = (lower_quartile / SMALLEST_QUARTILE).max((diagonal / LARGE_DIAGONAL).min(1.0));
+    if (1.0..LARGEST_QUARTILE / SMALLEST_QUARTILE).contains(&size) {
         return 1.0;
     }
-    10f32.powi((lower_quartile / SMALLEST_QUARTILE).log10().floor() as i32)
+    10f32.powi(size.log10().floor() as i32)
 }
 
 /// How far light travels from random surface points to the front of the next surface.
@@ -117,6 +123,12 @@ mod tests {
             }
         }
         assert_eq!(scale_of("cornell.glb", 10.0).unit, 1.0, "halls are in metres, too");
+    }
+
+    #[test]
+    fn small_things_far_apart_do_not_make_a_scene_small() {
+        assert_eq!([1.0, 50.0, 5e3].map(|diagonal| unit_of(0.1, diagonal)), [0.1, 1.0, 1.0]);
+        assert_eq!([1.0, 29.0, 31.0].map(|quartile| unit_of(quartile, 1e3)), [1.0, 1.0, 100.0]);
     }
 
     #[test]

@@ -226,11 +226,12 @@ impl BakeOptions {
         };
         let default_rank = if error.must_be_met() { HIGHEST_RANK } else { preset.max_rank };
         let probe_density = positive("the probe density", self.probe_density)?;
-        let widest_spacing =
-            probe_density.map_or(scale.unit * spacing_at(SPARSEST_PROBE_DENSITY), spacing_at);
-        let smallest_spacing = widest_spacing * if probe_density.is_some() { 1.0 } else { SMALLEST_SPACING };
         let density = self.density(scale.free_distance, preset.max_receivers)?;
         let estimated_texel_size = density.estimated_texel_size(scale.area);
+        let [smallest_spacing, widest_spacing] = match probe_density {
+            Some(density) => [spacing_at(density); 2],
+            None => default_spacings(scale.unit, estimated_texel_size),
+        };
         let receivers = scale.area / f64::from(estimated_texel_size).powi(2);
         let budget =
             |option: Option<u32>, budget: u64| (plan.fills_ray_budgets && option.is_none()).then_some(budget);
@@ -304,6 +305,13 @@ impl BakeOptions {
     }
 }
 
+/// Smallest and largest distance between neighbouring probes, metres. They are no denser than the texels, so that their
+/// number follows what was asked for.
+fn default_spacings(unit: f32, texel_size: f32) -> [f32; 2] {
+    let widest = unit * spacing_at(SPARSEST_PROBE_DENSITY);
+    [SMALLEST_SPACING * widest, widest].map(|spacing| spacing.max(texel_size))
+}
+
 /// Distance between neighbours, metres, at a number of probes per m³.
 fn spacing_at(density: f32) -> f32 {
     density.powf(-1.0 / 3.0)
@@ -347,6 +355,14 @@ mod tests {
             [2048, 2048, 1024, 1024, 512, 512]
         );
         assert_eq!(of_each(1, None), 512, "what the user asked for stays");
+    }
+
+    #[test]
+    fn probes_are_no_denser_than_texels() {
+        let [smallest, widest] = default_spacings(1.0, 0.1);
+        assert!((widest.powi(3) * SPARSEST_PROBE_DENSITY - 1.0).abs() < 1e-5 && smallest == 0.25 * widest);
+        assert_eq!(default_spacings(1.0, 2.0), [2.0, widest]);
+        assert_eq!(default_spacings(1.0, 20.0), [20.0, 20.0]);
     }
 
     #[test]
