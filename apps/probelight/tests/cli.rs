@@ -223,6 +223,33 @@ fn quiet_commands_print_nothing_and_results_do_not_depend_on_threads() {
 }
 
 #[test]
+fn warnings_are_lines_of_their_own_that_say_what_to_do() {
+    let workplace = Workplace::new();
+    // Two triangles of glTF's default material, which is white.
+    let corners =
+        "AAAAAAAAAAAAAAAAAAAAQAAAAAAAAAAAAAAAAAAAAEAAAAAAAAAAQAAAAAAAAAAAAAAAQAAAAEAAAAAAAAAAAAAAAEAAAAAA";
+    let white = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "nodes": [{{"mesh": 0}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 6}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 72}}],
+        "buffers": [{{"byteLength": 72, "uri": "data:;base64,{corners}"}}]}}"#
+    );
+    fs::write(workplace.path("white.gltf"), white).unwrap();
+    let warnings = |scene: &str, flags: &str| -> Vec<String> {
+        let output = workplace.run(&format!("bake {scene} -o out.plight --receivers 50 --rays 16 {flags}"));
+        let lines = text(&output.stderr);
+        assert!(output.status.success(), "{lines}");
+        lines.lines().filter(|line| line.starts_with("warning:")).map(str::to_owned).collect()
+    };
+    let first = &warnings("white.gltf", "")[0];
+    assert!(first.starts_with("warning: white.gltf: materials that reflect more than 95 %"), "{first}");
+    assert!(first.contains("lower their base colour"), "{first}");
+    assert!(warnings("white.gltf", "--quiet").is_empty());
+    assert!(warnings("cornell.glb", "").is_empty());
+}
+
+#[test]
 fn resume_without_an_interrupted_bake_starts_anew() {
     let place = Workplace::new();
     let output =

@@ -243,6 +243,14 @@ const BAD_SCENES: &[BadScene] = &[
         message: "images[0] has neither a uri nor a bufferView",
     },
     BadScene {
+        name: "emission beyond the range of numbers",
+        spoil: |glb| {
+            let strength = json!({"KHR_materials_emissive_strength": {"emissiveStrength": 1e38}});
+            glb.json["materials"] = json!([{}, {"emissiveFactor": [9, 0, 0], "extensions": strength}]);
+        },
+        message: "materials[1]: it has a factor that is not finite",
+    },
+    BadScene {
         name: "camera without its numbers",
         spoil: |glb| {
             let lens = json!({"xmag": 1, "ymag": 1, "zfar": 1, "znear": 0});

@@ -62,6 +62,37 @@ fn images_are_told_by_content_and_decoded_once() {
 }
 
 #[test]
+fn webp_images_are_decoded_and_taken_first() {
+    let mut webp = Cursor::new(Vec::new());
+    red_then_blue().write_to(&mut webp, ImageFormat::WebP).unwrap();
+    let grey: ImageBuffer<Luma<u8>, _> = ImageBuffer::from_pixel(1, 1, Luma([0x80]));
+    let mut glb = textured(&png(grey), json!({"index": 0}));
+    let view = glb.push_view(webp.get_ref());
+    let image = glb.push("images", json!({"bufferView": view, "mimeType": "image/webp"}));
+    assert_ne!(albedo_at_corners(&glb.load().unwrap()), [Vec3::X, Vec3::Z]);
+    for source in [json!({}), json!({"source": 0})] {
+        glb.json["textures"] = json!([source]);
+        glb.json["textures"][0]["extensions"] = json!({"EXT_texture_webp": {"source": image}});
+        let scene = glb.load().unwrap();
+        assert_eq!((albedo_at_corners(&scene), warned(&scene, "left out")), ([Vec3::X, Vec3::Z], 0));
+    }
+}
+
+#[test]
+fn materials_too_white_to_be_real_are_counted() {
+    let too_white = |level: u8, factor: f32| {
+        let grey: ImageBuffer<Luma<u8>, _> = ImageBuffer::from_pixel(3, 2, Luma([level]));
+        let mut glb = textured(&png(grey), json!({"index": 0}));
+        let model = &mut glb.json["materials"][0]["pbrMetallicRoughness"];
+        model["baseColorFactor"] = json!([0.5, factor, 0.5, 1]);
+        glb.push("materials", json!({"name": "white, but nothing is made of it"}));
+        warned(&glb.load().unwrap(), "reflect more than 95 %")
+    };
+    // 249 of 255 is 0.947 in linear light, 250 is 0.956.
+    assert_eq!([too_white(250, 1.0), too_white(249, 1.0), too_white(255, 0.9)], [1, 0, 0]);
+}
+
+#[test]
 fn texture_transforms_are_baked_into_the_coordinates() {
     let transformed = |transform: Value| {
         let slot = json!({"index": 0, "extensions": {"KHR_texture_transform": transform}});

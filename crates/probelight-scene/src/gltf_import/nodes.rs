@@ -169,8 +169,8 @@ impl Flattener<'_> {
     }
 }
 
-/// Appends a primitive in world space, as triangles of the last source instance. Under a mirroring transform triangles are wound the other way round, so
-/// that their front face stays the front face.
+/// Appends a primitive in world space, as triangles of the last source instance. Under a mirroring transform
+/// triangles are wound the other way round, so that their front face stays the front face.
 fn append_instance(
     scene: &mut Scene,
     primitive: &Primitive,
