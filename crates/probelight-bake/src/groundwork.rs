@@ -127,10 +127,10 @@ fn far_away(scene: &Scene) -> Option<Warning> {
     let step = f32::EPSILON * distance;
     (step > LARGEST_STEP * bounds.diagonal()).then(|| Warning {
         message: format!(
-            "triangles up to {distance:.0} from the origin, where positions are known to {step:.1e} only (move the \
-             scene to the origin if details are lost)"
+            "the scene reaches {distance:.0} from the origin, where positions are known to {step:.1e} only (move it \
+             to the origin if details are lost)"
         ),
-        count: scene.triangles.len(),
+        count: 1,
     })
 }
 

@@ -77,11 +77,12 @@ pub(crate) fn fit_layout(
 fn crowded(atlas: &Atlas, target: u32, excess: f64) -> Warning {
     let charts: BTreeSet<u32> = atlas.face_charts.iter().copied().filter(|chart| *chart != NONE).collect();
     let message = format!(
-        "texels where {target} receivers were asked for, because each of the {} separate pieces of surface takes \
-         whole ones (ask for more receivers, or leave out small objects)",
+        "{:.0} texels where {target} receivers were asked for, because each of the {} separate pieces of surface \
+         takes whole ones (ask for more receivers, or leave out small objects)",
+        excess * f64::from(target),
         charts.len()
     );
-    Warning { message, count: (excess * f64::from(target)).round() as usize }
+    Warning { message, count: 1 }
 }
 
 /// Area of all lit sides, m².
