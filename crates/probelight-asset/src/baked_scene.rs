@@ -10,6 +10,8 @@ use probelight_math::sh::coefficient_count;
 use probelight_scene::{Bounds, Scene};
 use serde::{Deserialize, Serialize};
 
+#[cfg(doc)]
+use crate::packed::GAIN_STEPS;
 use crate::packed::Ranks;
 
 /// Stands for "no such index".
@@ -347,9 +349,6 @@ impl Cluster {
 
 /// What [`BakedScene::receiver_errors`] has for the wanted error.
 pub const ERROR_STEPS: f32 = 64.0;
-
-/// The gain of a relight ray whose light counts as it is, see [`BakedScene::relight_gains`].
-pub const GAIN_STEPS: u8 = 128;
 
 impl BakedScene {
     /// Number of scalar signals. In order: the radiance of each surfel, of each surfel group, of each emitter,

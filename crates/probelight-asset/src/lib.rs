@@ -45,9 +45,10 @@ mod write;
 
 pub use atomic_file::write_atomically;
 pub use baked_scene::{
-    BakeReport, BakeSettings, BakedScene, Cluster, ERROR_STEPS, Emitter, GAIN_STEPS, LightSample,
-    LightmapFace, LightmapLayout, Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
+    BakeReport, BakeSettings, BakedScene, Cluster, ERROR_STEPS, Emitter, LightSample, LightmapFace,
+    LightmapLayout, Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
 };
 pub use border_blends::BorderBlend;
 pub use error::AssetError;
 pub use info::{BakedInfo, SectionInfo};
+pub use packed::GAIN_STEPS;

@@ -24,4 +24,22 @@ pub enum RuntimeError {
         /// The material.
         material: usize,
     },
+    /// A light that cannot be.
+    #[error(
+        "{what} of the lighting is impossible: light must be finite and not negative in each channel, positions \
+         finite, directions of length 1"
+    )]
+    InvalidLighting {
+        /// Which part of it.
+        what: String,
+    },
+    /// Settings that are no levels of detail.
+    #[error("levels of detail: {reason}")]
+    InvalidLod {
+        /// What must be.
+        reason: &'static str,
+    },
+    /// A plan for another scene.
+    #[error("the plan is one for another scene: make one for this scene")]
+    ForeignPlan,
 }

@@ -1,4 +1,5 @@
 //! Lights, sky and materials change between frames.
+#![cfg(feature = "cpu")]
 
 mod support;
 
@@ -6,19 +7,19 @@ use std::sync::Arc;
 
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
-use probelight_runtime::{Runtime, RuntimeError};
+use probelight_runtime::{FrameInput, Runtime, RuntimeError};
 use probelight_scene::{Lighting, Sky};
 use support::{SMALL, SMALL_PAPER, all_lights, random_room};
 
 fn new_runtime(baked: &Arc<BakedScene>) -> Runtime {
     let mut runtime = Runtime::new(baked.clone()).unwrap();
-    runtime.set_lighting(all_lights());
+    runtime.set_lighting(all_lights()).unwrap();
     runtime
 }
 
 fn after_three_steps(runtime: &mut Runtime) -> Vec<Vec3> {
     for _ in 0..3 {
-        runtime.step();
+        runtime.step(&FrameInput::default());
     }
     runtime.irradiance().texels.clone()
 }
@@ -47,7 +48,7 @@ fn moved_lights_change_the_light() {
     check_change(|runtime| {
         let mut lighting = runtime.lighting().clone();
         lighting.lights.pop();
-        runtime.set_lighting(lighting);
+        runtime.set_lighting(lighting).unwrap();
     });
 }
 
@@ -55,7 +56,7 @@ fn moved_lights_change_the_light() {
 fn another_sky_changes_the_light() {
     check_change(|runtime| {
         let sky = Sky::Uniform(Vec3::new(1.0, 0.0, 2.0));
-        runtime.set_lighting(Lighting { sky, ..runtime.lighting().clone() });
+        runtime.set_lighting(Lighting { sky, ..runtime.lighting().clone() }).unwrap();
     });
 }
 
@@ -63,7 +64,7 @@ fn another_sky_changes_the_light() {
 fn emission_and_its_scale_change_the_light() {
     check_change(|runtime| runtime.set_emission(1, Vec3::new(0.0, 7.0, 0.0)).unwrap());
     check_change(|runtime| {
-        runtime.set_lighting(Lighting { emissive_scale: 0.0, ..runtime.lighting().clone() });
+        runtime.set_lighting(Lighting { emissive_scale: 0.0, ..runtime.lighting().clone() }).unwrap();
     });
 }
 
@@ -76,13 +77,13 @@ fn base_color_changes_the_light() {
 fn changes_reach_the_next_frame_without_reset() {
     let baked = Arc::new(random_room(SMALL));
     let mut runtime = new_runtime(&baked);
-    runtime.step();
+    runtime.step(&FrameInput::default());
     let dark = Lighting { emissive_scale: 0.0, ..Lighting::default() };
     for black in 0..baked.scene.materials.len() {
         runtime.set_base_color(black, Vec3::ZERO).unwrap();
     }
-    runtime.set_lighting(dark);
-    runtime.step();
+    runtime.set_lighting(dark).unwrap();
+    runtime.step(&FrameInput::default());
     assert!(runtime.irradiance().texels.iter().all(|e| *e == Vec3::ZERO));
 }
 
@@ -93,7 +94,7 @@ fn result_does_not_depend_on_the_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut runtime = new_runtime(&baked);
-            runtime.set_lighting(lighting);
+            runtime.set_lighting(lighting).unwrap();
             let texels = after_three_steps(&mut runtime);
             texels.iter().map(|e| e.to_array().map(f32::to_bits)).collect::<Vec<_>>()
         })
