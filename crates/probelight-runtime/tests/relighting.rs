@@ -8,7 +8,7 @@ use std::sync::Arc;
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 use probelight_runtime::{FrameInput, Runtime, RuntimeError};
-use probelight_scene::{Lighting, Sky};
+use probelight_scene::{Light, Lighting, Sky};
 use support::{SMALL, SMALL_PAPER, all_lights, random_room};
 
 fn new_runtime(baked: &Arc<BakedScene>) -> Runtime {
@@ -124,4 +124,39 @@ fn contradictory_scenes_are_refused() {
     baked.cluster_probes[0] = 99;
     assert!(matches!(Runtime::new(Arc::new(baked)), Err(RuntimeError::Baked(_))));
     assert!(matches!(Runtime::new(Arc::new(BakedScene::default())), Err(RuntimeError::Baked(_))));
+}
+
+#[test]
+fn light_that_cannot_be_is_refused_and_changes_nothing() {
+    let baked = Arc::new(random_room(SMALL));
+    let mut runtime = new_runtime(&baked);
+    let before = after_three_steps(&mut runtime);
+    runtime.reset();
+    let point = |position, intensity| Lighting {
+        lights: vec![Light::Point { position, intensity }],
+        ..Lighting::default()
+    };
+    let sun = |direction| Lighting {
+        lights: vec![Light::Directional { direction, irradiance: Vec3::ONE }],
+        ..Lighting::default()
+    };
+    let sky = |radiance| Lighting { sky: Sky::Uniform(radiance), ..Lighting::default() };
+    let emission = |emissive_scale| Lighting { emissive_scale, ..Lighting::default() };
+    for wrong in [
+        point(Vec3::ZERO, Vec3::new(0.0, f32::NAN, 1.0)),
+        point(Vec3::ZERO, Vec3::INFINITY),
+        point(Vec3::ZERO, Vec3::new(0.0, -1.0, 1.0)),
+        point(Vec3::NAN, Vec3::ONE),
+        sun(Vec3::ZERO),
+        sun(Vec3::NAN),
+        sky(Vec3::new(f32::NAN, 0.0, 0.0)),
+        sky(-Vec3::X),
+        emission(f32::NAN),
+        emission(-1.0),
+    ] {
+        let refused = runtime.set_lighting(wrong.clone());
+        assert!(matches!(refused, Err(RuntimeError::InvalidLighting { .. })), "{wrong:?}");
+    }
+    assert!(after_three_steps(&mut runtime) == before, "a refused lighting left something behind");
+    runtime.set_lighting(sun(Vec3::NEG_Y)).unwrap();
 }
