@@ -125,7 +125,7 @@ fn lamp(position: Vec3, intensity: Vec3) -> LightPosition {
     LightPosition {
         name: format!("lamp at ({:.1}, {:.1}, {:.1}) m", position.x, position.y, position.z),
         lighting: Lighting {
-            lights: vec![Light::Point { position, intensity }],
+            lights: vec![Light::Point { position, intensity, range: None }],
             sky: Sky::default(),
             emissive_scale: 0.0,
         },

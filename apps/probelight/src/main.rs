@@ -16,6 +16,7 @@ mod interrupt;
 mod matrix_figures;
 mod output;
 mod points;
+mod sample_points;
 mod stage_clock;
 mod studio;
 

@@ -13,6 +13,17 @@ pub(crate) struct PointsTable {
 }
 
 impl PointsTable {
+    /// A table of `rows`, each with a field for every column.
+    pub(crate) fn new(columns: &[&str], rows: Vec<Vec<String>>) -> Self {
+        Self { columns: columns.iter().map(|name| (*name).to_owned()).collect(), rows }
+    }
+
+    /// Keeps only some of the rows.
+    pub(crate) fn retain_rows(&mut self, stays: impl Fn(usize) -> bool) {
+        let mut row = 0..;
+        self.rows.retain(|_| row.next().is_some_and(&stays));
+    }
+
     /// Reads a table and checks that every row has a field for every column.
     pub(crate) fn read(path: &Path) -> anyhow::Result<Self> {
         let shown = path.display();

@@ -91,7 +91,7 @@ fn brighten(light: &mut Light) {
 }
 
 fn measure_cpu(baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
-    let mut runtime = Runtime::new(baked)?;
+    let mut runtime = Runtime::new(baked);
     let mut timings = Vec::with_capacity(WARM_UP + show.frames);
     for frame in 0..WARM_UP + show.frames {
         runtime.set_lighting(show.lighting(frame))?;

@@ -98,7 +98,7 @@ impl Studio {
     /// Prepares a baked scene.
     pub(crate) fn new(backend: Backend, baked: Arc<BakedScene>) -> anyhow::Result<Self> {
         match backend {
-            Backend::Cpu => Ok(Self::Cpu(Box::new(Runtime::new(baked)?))),
+            Backend::Cpu => Ok(Self::Cpu(Box::new(Runtime::new(baked)))),
             Backend::Gpu(gpu) => {
                 let GpuDevice { device, queue, .. } = &*gpu;
                 let runtime = GpuRuntime::new(device, queue, Arc::clone(&baked), GpuOptions::default())?;

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::{BakedScene, NONE};
+use crate::{BakedParts, BakedScene, NONE};
 
 /// How a receiver beside a border blends with the cluster across.
 ///
@@ -35,37 +35,41 @@ impl BakedScene {
     /// The records of all borders between clusters of one air space, sorted by receiver; none if the bake is
     /// [not to blend](crate::BakeSettings::blend_borders). Charts never adjoin, so neighbouring texels belong to one.
     pub fn border_blends(&self) -> Vec<BorderBlend> {
-        if !self.settings.blend_borders {
-            return Vec::new();
-        }
-        let neighbors = Neighbors::of(self);
-        let record = |receiver: u32, step: (i32, i32)| {
-            let (here, neighbor) = (neighbors.cluster(receiver), neighbors.next(receiver, step)?);
-            let across = neighbors.cluster(neighbor);
-            let air_space = |cluster: u32| self.clusters[cluster as usize].air_space;
-            if across == here || air_space(across) != air_space(here) {
-                return None;
-            }
-            // Where the other cluster is but one texel wide, it has no slope to continue.
-            let beyond = neighbors.next(neighbor, step).filter(|beyond| neighbors.cluster(*beyond) == across);
-            Some(BorderBlend { receiver, neighbor, beyond: beyond.unwrap_or(neighbor) })
-        };
-        let record = &record;
-        (0..self.receiver_texels.len() as u32)
-            .flat_map(|receiver| STEPS.into_iter().filter_map(move |step| record(receiver, step)))
-            .collect()
+        border_blends(self)
     }
+}
+
+fn border_blends(baked: &BakedParts) -> Vec<BorderBlend> {
+    if !baked.settings.blend_borders {
+        return Vec::new();
+    }
+    let neighbors = Neighbors::of(baked);
+    let record = |receiver: u32, step: (i32, i32)| {
+        let (here, neighbor) = (neighbors.cluster(receiver), neighbors.next(receiver, step)?);
+        let across = neighbors.cluster(neighbor);
+        let air_space = |cluster: u32| baked.clusters[cluster as usize].air_space;
+        if across == here || air_space(across) != air_space(here) {
+            return None;
+        }
+        // Where the other cluster is but one texel wide, it has no slope to continue.
+        let beyond = neighbors.next(neighbor, step).filter(|beyond| neighbors.cluster(*beyond) == across);
+        Some(BorderBlend { receiver, neighbor, beyond: beyond.unwrap_or(neighbor) })
+    };
+    let record = &record;
+    (0..baked.receiver_texels.len() as u32)
+        .flat_map(|receiver| STEPS.into_iter().filter_map(move |step| record(receiver, step)))
+        .collect()
 }
 
 /// Which receivers lie beside which.
 struct Neighbors<'a> {
-    baked: &'a BakedScene,
+    baked: &'a BakedParts,
     receiver_of_texel: Vec<u32>,
     cluster_of_receiver: Vec<u32>,
 }
 
 impl<'a> Neighbors<'a> {
-    fn of(baked: &'a BakedScene) -> Self {
+    fn of(baked: &'a BakedParts) -> Self {
         let layout = &baked.lightmap;
         let mut receiver_of_texel = vec![NONE; layout.width as usize * layout.height as usize];
         for (texel, receiver) in baked.receiver_texels.iter().zip(0..) {
@@ -100,15 +104,15 @@ mod tests {
 
     /// Two rows of eight receivers; clusters meet between the third and fourth of a row. The file has them
     /// backwards.
-    fn rows(change: impl Fn(&mut BakedScene)) -> Vec<BorderBlend> {
+    fn rows(change: impl Fn(&mut BakedParts)) -> Vec<BorderBlend> {
         let cluster = |receiver_count| Cluster { receiver_count, ..Cluster::default() };
-        let mut baked = BakedScene { clusters: vec![cluster(10), cluster(6)], ..BakedScene::default() };
+        let mut baked = BakedParts { clusters: vec![cluster(10), cluster(6)], ..BakedParts::default() };
         baked.settings.blend_borders = true;
         (baked.lightmap.width, baked.lightmap.height) = (WIDTH, 2);
         let (left, right): (Vec<u32>, Vec<u32>) = (0..2 * WIDTH).rev().partition(|texel| texel % WIDTH < 3);
         baked.receiver_texels = [right, left].concat();
         change(&mut baked);
-        baked.border_blends()
+        border_blends(&baked)
     }
 
     /// Where the file has the receiver of a texel.

@@ -1,11 +1,9 @@
 //! The parts of a baked file that are JSON.
 
-use probelight_scene::{Camera, Light, Material, Scene, Texture, Warning};
+use probelight_scene::{Camera, Light, Material, Scene, Warning};
 use serde::{Deserialize, Serialize};
 
-use crate::error::DecodeError;
-use crate::textures::TextureEntry;
-use crate::{BakeReport, BakeSettings, BakedScene};
+use crate::{BakeReport, BakeSettings, BakedParts};
 
 /// What the section `info` holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,7 +17,7 @@ pub(crate) struct InfoSection {
 }
 
 impl InfoSection {
-    pub(crate) fn of(baked: &BakedScene) -> Self {
+    pub(crate) fn of(baked: &BakedParts) -> Self {
         Self {
             scene_hash: baked.scene_hash,
             lightmap_width: baked.lightmap.width,
@@ -29,38 +27,45 @@ impl InfoSection {
             report: baked.report.clone(),
         }
     }
+
+    pub(crate) fn put_into(self, parts: &mut BakedParts) {
+        let lightmap = &mut parts.lightmap;
+        (lightmap.width, lightmap.height) = (self.lightmap_width, self.lightmap_height);
+        lightmap.pages = self.lightmap_pages;
+        parts.scene_hash = self.scene_hash;
+        parts.settings = self.settings;
+        parts.report = self.report;
+    }
 }
 
-/// What the section `descript` holds: the scene but for its arrays.
+/// What the section `description` holds: the scene but for its arrays.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct DescriptionSection {
-    pub(crate) materials: Vec<Material>,
-    pub(crate) lights: Vec<Light>,
-    pub(crate) cameras: Vec<Camera>,
-    pub(crate) warnings: Vec<Warning>,
-    pub(crate) textures: Vec<TextureEntry>,
+    materials: Vec<Material>,
+    lights: Vec<Light>,
+    cameras: Vec<Camera>,
+    warnings: Vec<Warning>,
+    /// Names.
+    textures: Vec<String>,
 }
 
 impl DescriptionSection {
-    pub(crate) fn of(scene: &Scene, textures: Vec<TextureEntry>) -> Self {
+    pub(crate) fn of(scene: &Scene) -> Self {
         Self {
             materials: scene.materials.clone(),
             lights: scene.lights.clone(),
             cameras: scene.cameras.clone(),
             warnings: scene.warnings.clone(),
-            textures,
+            textures: scene.textures.iter().map(|texture| texture.name.clone()).collect(),
         }
     }
 
-    /// A scene without arrays.
-    pub(crate) fn into_scene(self, textures: Vec<Texture>) -> Scene {
-        let Self { materials, lights, cameras, warnings, textures: _ } = self;
-        Scene { materials, lights, cameras, warnings, textures, ..Scene::default() }
+    /// Returns the names of the textures, which are still to be read.
+    pub(crate) fn put_into(self, scene: &mut Scene) -> Vec<String> {
+        scene.materials = self.materials;
+        scene.lights = self.lights;
+        scene.cameras = self.cameras;
+        scene.warnings = self.warnings;
+        self.textures
     }
-}
-
-/// Reads a JSON section.
-pub(crate) fn decode_json<'a, T: Deserialize<'a>>(name: &str, bytes: &'a [u8]) -> Result<T, DecodeError> {
-    serde_json::from_slice(bytes)
-        .map_err(|error| DecodeError::Format(format!("its section '{name}' cannot be understood: {error}")))
 }

@@ -23,20 +23,24 @@ pub enum AssetError {
         /// What is wrong and what to do.
         reason: String,
     },
-    /// A baked scene in memory contradicts itself, see [`crate::BakedScene::validate`].
-    #[error("the baked scene cannot be used: {reason}")]
-    Invalid {
-        /// What is wrong and where.
-        reason: String,
-    },
 }
 
-/// What stops the decoding of a file whose path is the caller's business.
-#[derive(Debug)]
-pub(crate) enum DecodeError {
+/// The parts of a baked scene contradict each other, see [`crate::BakedScene::new`].
+#[derive(Debug, thiserror::Error)]
+#[error("the baked scene cannot be used: {reason}")]
+pub struct InvalidParts {
+    /// What is wrong and where.
+    pub reason: String,
+}
+
+/// Why bytes could not be read as a baked scene.
+#[derive(Debug, thiserror::Error)]
+pub enum DecodeError {
     /// The bytes could not be had.
-    Io(std::io::Error),
-    /// The bytes are wrong; says what is wrong and what to do.
+    #[error("cannot read the baked scene: {0}")]
+    Io(#[from] std::io::Error),
+    /// The bytes are not a baked file this version can use; says what is wrong and what to do.
+    #[error("this is not a usable baked file: {0}")]
     Format(String),
 }
 
@@ -46,17 +50,16 @@ impl DecodeError {
         Self::Format(reason.into())
     }
 
+    /// One section is wrong.
+    pub(crate) fn section(name: &str, what: &str) -> Self {
+        Self::Format(format!("its section '{name}' {what}"))
+    }
+
     /// Adds the path.
     pub(crate) fn at(self, path: &Path) -> AssetError {
         match self {
             Self::Io(source) => AssetError::Io { action: "read", path: path.into(), source },
             Self::Format(reason) => AssetError::Format { path: path.into(), reason },
         }
-    }
-}
-
-impl From<std::io::Error> for DecodeError {
-    fn from(source: std::io::Error) -> Self {
-        Self::Io(source)
     }
 }

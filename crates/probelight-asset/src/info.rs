@@ -1,22 +1,23 @@
 //! What a baked file is about, without reading its arrays.
 
-use std::path::Path;
+use std::io::Read;
 
 use serde::Serialize;
 
-use crate::cluster_record::ClusterRecord;
 use crate::description::InfoSection;
-use crate::layout::{FORMAT_VERSION, SectionEntry, Tag, tag, tag_name};
-use crate::read::{SectionReader, open};
-use crate::{
-    AssetError, BakeReport, BakeSettings, BakedScene, Emitter, LightSample, Probe, Surfel, SurfelGroup,
-};
+use crate::error::DecodeError;
+use crate::layout::{FORMAT_VERSION, SectionEntry};
+use crate::read::SectionReader;
+use crate::sections::{self, Section};
+use crate::{BakeReport, BakeSettings};
 
 /// Summary of a baked file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BakedInfo {
     /// Version of the file format.
     pub format_version: u32,
+    /// Counts what newer files of that version have besides.
+    pub format_minor_version: u32,
     /// Bytes of the whole file.
     pub file_bytes: u64,
     /// Hash of the source scene's content.
@@ -43,7 +44,7 @@ pub struct BakedInfo {
     pub probes: u64,
     /// Number of clusters.
     pub clusters: u64,
-    /// See [`BakedScene::matrix_bytes_per_receiver`].
+    /// See [`matrix_bytes_per_receiver`](crate::BakedParts::matrix_bytes_per_receiver).
     pub matrix_bytes_per_receiver: f64,
     /// What the bake was asked for.
     pub settings: BakeSettings,
@@ -58,66 +59,79 @@ pub struct BakedInfo {
 pub struct SectionInfo {
     /// Its name in the section table.
     pub name: String,
+    /// Whether readers that do not know it must refuse the file.
+    pub required: bool,
     /// Where it starts, bytes from the start of the file.
     pub offset: u64,
     /// Its length without padding, bytes.
     pub bytes: u64,
 }
 
-impl BakedScene {
-    /// Reads and checks only the header, the section table and the settings of a file.
+impl BakedInfo {
+    /// Reads and checks only the header, the section table and the settings of a baked file.
     ///
     /// # Errors
-    /// As [`read`](Self::read), except that damage in the arrays goes unnoticed.
-    pub fn read_info(path: &Path) -> Result<BakedInfo, AssetError> {
-        let (file, file_bytes) = open(path)?;
-        SectionReader::begin(file, file_bytes)
-            .and_then(|mut sections| {
-                let entries = sections.entries().to_vec();
-                Ok(BakedInfo::new(file_bytes, &entries, sections.json(tag::INFO)?))
-            })
-            .map_err(|error| error.at(path))
+    /// As [`BakedScene::from_reader`](crate::BakedScene::from_reader), except that what follows the settings is not
+    /// read: damage there goes unnoticed.
+    pub fn from_reader(mut source: impl Read) -> Result<Self, DecodeError> {
+        Self::decode(SectionReader::begin(&mut source, None)?)
     }
-}
 
-impl BakedInfo {
-    fn new(file_bytes: u64, entries: &[SectionEntry], info: InfoSection) -> Self {
-        let bytes = |tag: Tag| entries.iter().filter(|e| e.tag == tag).map(|e| e.length).sum::<u64>();
-        let count = |tag, size: usize| bytes(tag) / size as u64;
-        let receivers = count(tag::RECEIVER_TEXELS, size_of::<u32>());
+    pub(crate) fn decode(mut reader: SectionReader<'_>) -> Result<Self, DecodeError> {
+        reader.check_sections()?;
+        let (entries, minor_version) = (reader.entries().to_vec(), reader.minor_version());
+        while let Some(mut body) = reader.next()? {
+            if body.entry.head.name() == sections::INFO.head.name() {
+                return Ok(Self::new(minor_version, &entries, body.json()?));
+            }
+            body.skip()?;
+        }
+        Err(DecodeError::section(sections::INFO.head.name(), "is missing"))
+    }
+
+    fn new(minor_version: u32, entries: &[SectionEntry], info: InfoSection) -> Self {
+        let entry = |section: &Section| entries.iter().find(|e| e.head.name() == section.head.name());
+        let bytes = |section: Section| entry(&section).map_or(0, |e| e.length);
+        let count = |section: Section| bytes(section) / u64::from(section.head.element_bytes);
+        let receivers = count(sections::RECEIVER_TEXELS);
         let matrices = [
-            tag::RECEIVER_BASIS,
-            tag::SIGNAL_BASIS,
-            tag::ROW_SCALES,
-            tag::COLUMN_EXPONENTS,
-            tag::CLUSTER_SIGNALS,
-            tag::CLUSTER_PROBES,
-            tag::RECEIVER_TEXELS,
-            tag::CLUSTERS,
+            sections::RECEIVER_BASIS,
+            sections::SIGNAL_BASIS,
+            sections::ROW_SCALES,
+            sections::COLUMN_EXPONENTS,
+            sections::CLUSTER_SIGNALS,
+            sections::CLUSTER_PROBES,
+            sections::RECEIVER_TEXELS,
+            sections::CLUSTERS,
         ];
         Self {
             format_version: FORMAT_VERSION,
-            file_bytes,
+            format_minor_version: minor_version,
+            file_bytes: entries.last().map_or(0, |last| last.offset + last.length),
             scene_hash: info.scene_hash,
-            triangles: count(tag::TRIANGLES, size_of::<[u32; 3]>()),
+            triangles: count(sections::TRIANGLES),
             lightmap_width: info.lightmap_width,
             lightmap_height: info.lightmap_height,
             lightmap_pages: info.lightmap_pages,
             receivers,
-            light_samples: count(tag::LIGHT_SAMPLES, size_of::<LightSample>()),
-            surfels: count(tag::SURFELS, size_of::<Surfel>()),
-            surfel_groups: count(tag::SURFEL_GROUPS, size_of::<SurfelGroup>()),
-            emitters: count(tag::EMITTERS, size_of::<Emitter>()),
-            probes: count(tag::PROBES, size_of::<Probe>()),
-            clusters: count(tag::CLUSTERS, size_of::<ClusterRecord>()),
+            light_samples: count(sections::LIGHT_SAMPLES),
+            surfels: count(sections::SURFELS),
+            surfel_groups: count(sections::SURFEL_GROUPS),
+            emitters: count(sections::EMITTERS),
+            probes: count(sections::PROBES),
+            clusters: count(sections::CLUSTERS),
             matrix_bytes_per_receiver: matrices.map(bytes).iter().sum::<u64>() as f64
                 / receivers.max(1) as f64,
             settings: info.settings,
             report: info.report,
-            sections: entries
-                .iter()
-                .map(|e| SectionInfo { name: tag_name(&e.tag), offset: e.offset, bytes: e.length })
-                .collect(),
+            sections: entries.iter().map(SectionInfo::of).collect(),
         }
+    }
+}
+
+impl SectionInfo {
+    fn of(entry: &SectionEntry) -> Self {
+        let SectionEntry { head, offset, length, .. } = *entry;
+        Self { name: head.name().into(), required: head.is_required(), offset, bytes: length }
     }
 }

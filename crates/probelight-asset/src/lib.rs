@@ -1,42 +1,49 @@
 //! The baked file of Probelight (`.plight`): what the bake hands to the runtime.
 //!
-//! [`BakedScene`] is the schema in memory. [`BakedScene::write`] and [`BakedScene::read`] move it to and
-//! from a versioned, sectioned, checksummed file; [`BakedScene::read_info`] reads a summary only.
+//! [`BakedParts`] is the schema in memory, [`BakedScene`] the same after its promises were checked.
+//! [`BakedScene::write`] and [`BakedScene::read`] move it to and from a versioned, sectioned, checksummed file;
+//! [`BakedScene::read_info`] reads a summary only.
 //!
 //! # Layout of the file
 //!
 //! ```text
-//!   byte 0           64                992                                          file end
-//!        ┌───────────┬─────────────────┬──────────────┬───┬──────────────┬───┬─  ─┬─────────────┐
-//!        │  header   │  section table  │  section 0   │ 0 │  section 1   │ 0 │ …  │ section 28  │
-//!        └─────┬─────┴───────┬─────────┴──────────────┴───┴──────────────┴───┴─  ─┴─────────────┘
-//!              │             │         ▲ every section starts at a multiple of 64, zeros between
-//!              │             └─ 29 × { name [u8; 8], offset u64, length u64, xxh3 u64 }
-//!              └─ { magic [u8; 8], version u32, sections u32, file length u64, xxh3 of the table u64,
-//!                   zeros [u8; 24], xxh3 of the bytes before u64 }
+//!   byte 0           64              64 + 48 n                                        file end
+//!        ┌───────────┬─────────────────┬───┬──────────────┬───┬──────────────┬───┬─  ─┬─────────────┐
+//!        │  header   │  section table  │ 0 │  section 0   │ 0 │  section 1   │ 0 │ …  │ section n-1 │
+//!        └─────┬─────┴───────┬─────────┴───┴──────────────┴───┴──────────────┴───┴─  ─┴─────────────┘
+//!              │             │             ▲ every section starts at a multiple of 64, zeros between
+//!              │             └─ n × { name [u8; 16], required u32, bytes of an element u32,
+//!              │                      offset u64, length u64, xxh3 u64 }
+//!              └─ { magic [u8; 8], version u32, minor version u32, file length u64, n u32, zeros [u32; 5],
+//!                   xxh3 of the table u64, xxh3 of the bytes before u64 }
 //! ```
 //!
 //! Everything is little-endian. Sections are arrays as they lie in memory, so that a mapped file can be used
 //! in place and a streamed one is read front to back; settings, report and the scene's small parts are JSON,
-//! textures PNG. The order is the order of use: a summary needs the first section, a renderer without
-//! indirect light the first ten. `docs/file-format.md` lists the sections.
+//! textures PNG. Sections are found by their names. A reader passes over those that it does not know, unless they are
+//! required: then it refuses the file. `docs/file-format.md` lists the sections; `sections.rs` declares them.
 //!
 //! Every byte is covered by a checksum or has one allowed value, so damage anywhere is noticed. The header
 //! states the file's length and sections follow each other without gaps, so no claimed length exceeds the
-//! file; only a PNG unpacks to more than its size, and by no more than deflate can. Checksums are against
-//! accidents, not against forgers: content behind valid checksums is checked as well
-//! ([`BakedScene::validate`]).
+//! file; where the real length is unknown, memory is taken as bytes arrive. Only a PNG unpacks to more than its size,
+//! within limits. Checksums are against accidents, not against forgers: content behind valid checksums is checked as
+//! well ([`BakedScene::new`]).
 
 mod atomic_file;
 mod baked_scene;
 mod border_blends;
-mod cluster_record;
+mod cluster;
 mod description;
 mod error;
+mod file;
 mod info;
 mod layout;
+mod light;
+mod lightmap_layout;
 pub mod packed;
 mod read;
+mod sections;
+mod settings;
 #[cfg(test)]
 mod tests;
 mod textures;
@@ -44,11 +51,13 @@ mod validate;
 mod write;
 
 pub use atomic_file::write_atomically;
-pub use baked_scene::{
-    BakeReport, BakeSettings, BakedScene, Cluster, ERROR_STEPS, Emitter, LightSample, LightmapFace,
-    LightmapLayout, Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
-};
+pub use baked_scene::{BakedParts, BakedScene, ERROR_STEPS, NONE};
 pub use border_blends::BorderBlend;
-pub use error::AssetError;
+pub use cluster::Cluster;
+pub use error::{AssetError, DecodeError, InvalidParts};
 pub use info::{BakedInfo, SectionInfo};
+pub use light::{Emitter, LightSample, Probe, Surfel, SurfelGroup};
+pub use lightmap_layout::{LightmapFace, LightmapLayout};
 pub use packed::GAIN_STEPS;
+pub use settings::{BakeReport, BakeSettings, Method, Metric, Storage};
+pub use validate::{MAX_RELIGHT_RAYS, MAX_SH_DEGREE};

@@ -1,7 +1,8 @@
 //! Putting the finished groups together into a baked scene.
 
-use probelight_asset::{BakeReport, BakedScene, Cluster, LightmapLayout, NONE, Probe, Surfel};
-use probelight_scene::Scene;
+use std::sync::Arc;
+
+use probelight_asset::{BakeReport, BakedParts, Cluster, LightmapLayout, NONE, Probe, Surfel};
 
 use crate::checkpoint::FinishedGroup;
 use crate::groundwork::Groundwork;
@@ -10,10 +11,10 @@ use crate::scene_light::SceneLight;
 use crate::site::bounds_of;
 
 /// Lines up the groups' clusters, in order, behind the shared arrays.
-pub(crate) fn assemble(ground: Groundwork, light: SceneLight, groups: &[FinishedGroup]) -> BakedScene {
+pub(crate) fn assemble(ground: Groundwork, light: SceneLight, groups: &[FinishedGroup]) -> BakedParts {
     let report = report(&ground, groups);
     let (sites, sources) = (&ground.sites, light.sources);
-    let mut baked = BakedScene {
+    let mut baked = BakedParts {
         scene_hash: ground.scene_hash,
         settings: ground.settings,
         report,
@@ -33,8 +34,8 @@ pub(crate) fn assemble(ground: Groundwork, light: SceneLight, groups: &[Finished
         relight_directions: ground.directions,
         relight_surfels: sources.relight_surfels,
         relight_gains: sources.balance.gains,
-        scene: Scene::clone(ground.tracer.scene()),
-        ..BakedScene::default()
+        scene: Arc::clone(ground.tracer.scene()),
+        ..BakedParts::default()
     };
     let probe_numbers = keep_used_probes(&mut baked, groups);
     if ground.plan.surfaces == SurfaceSignals::RelightHits {
@@ -56,7 +57,7 @@ pub(crate) fn assemble(ground: Groundwork, light: SceneLight, groups: &[Finished
             signal_ranks: cluster.factors.signal_ranks,
             receiver_basis_offset: baked.receiver_basis.len() as u64,
             signal_basis_offset: baked.signal_basis.len() as u64,
-            row_scale_offset: baked.row_scales.len() as u32,
+            row_scale_offset: baked.row_scales.len() as u64,
             column_exponent_offset: baked.column_exponents.len() as u64,
             error: cluster.factors.error,
         });
@@ -82,7 +83,7 @@ pub(crate) fn assemble(ground: Groundwork, light: SceneLight, groups: &[Finished
 }
 
 /// Leaves out probes that no cluster draws on; returns the new number of each probe that stays.
-fn keep_used_probes(baked: &mut BakedScene, groups: &[FinishedGroup]) -> Vec<u32> {
+fn keep_used_probes(baked: &mut BakedParts, groups: &[FinishedGroup]) -> Vec<u32> {
     let mut is_used = vec![false; baked.probes.len()];
     for probe in groups.iter().flat_map(|g| &g.clusters).flat_map(|c| &c.probes) {
         is_used[*probe as usize] = true;
@@ -105,7 +106,7 @@ fn retain<T>(values: &mut Vec<T>, mut stays: impl Iterator<Item = bool>) {
 }
 
 /// Leaves out the surfels of relight rays whose probe is left out; each has one light sample.
-fn keep_seen_surfels(baked: &mut BakedScene) {
+fn keep_seen_surfels(baked: &mut BakedParts) {
     let seen = baked.relight_surfels.iter_mut().filter(|surfel| **surfel != NONE);
     baked.light_samples = (0..)
         .zip(seen)
@@ -132,6 +133,7 @@ fn report(ground: &Groundwork, groups: &[FinishedGroup]) -> BakeReport {
             .scene()
             .warnings
             .iter()
+            .chain(&ground.warning)
             .map(|w| format!("{}: {}", w.message, w.count))
             .collect(),
     }

@@ -10,7 +10,7 @@ use probelight_trace::{Hit, Progress};
 use uvunwrap::{Density, MeshInput, Options, Packing};
 
 use crate::BakeError;
-use crate::sides::LitSides;
+use crate::air::LitSides;
 
 /// Largest angle between a face and its chart's mean normal, degrees. Receivers take the face's own normal,
 /// so this only bounds how far a texel's neighbours may turn away.
@@ -51,7 +51,12 @@ impl Atlas {
         if face == NONE || self.face_charts[face as usize] == NONE {
             return NONE;
         }
-        let position = self.faces[face as usize].position(hit.barycentric).max(Vec2::ZERO);
+        self.texel_at(self.faces[face as usize].position(hit.barycentric))
+    }
+
+    /// The texel at a position in the lightmap, texels.
+    pub(crate) fn texel_at(&self, position: Vec2) -> u32 {
+        let position = position.max(Vec2::ZERO);
         let (x, y) = ((position.x as u32).min(self.width - 1), (position.y as u32).min(self.height - 1));
         y * self.width + x
     }

@@ -37,7 +37,7 @@ pub fn bake(
     let largest = ground.settings.receivers_per_cluster as usize;
     let groups = ground.cluster_rule().partition(&ground.sites, largest);
     let finished = bake_groups(&GroupWorker::new(&ground, &light), &groups, checkpoint, progress)?;
-    Ok(assemble(ground, light, &finished))
+    Ok(BakedScene::new(assemble(ground, light, &finished))?)
 }
 
 /// Tells bakes apart whose finished groups must not be mixed.

@@ -275,7 +275,7 @@ mod tests {
         (0..count)
             .map(|i| Site {
                 seed: i,
-                level: (i % 16 | i / 16).trailing_zeros(),
+                level: ((i % 16) | (i / 16)).trailing_zeros(),
                 position: Vec3::X * i as f32,
                 normal: Vec3::Y,
                 ..Site::default()

@@ -24,6 +24,9 @@ pub enum BakeError {
         /// What is wrong and what to do.
         reason: String,
     },
+    /// What was baked is more than a file can hold.
+    #[error(transparent)]
+    Result(#[from] probelight_asset::InvalidParts),
     /// The file that remembers an unfinished bake could not be used.
     #[error("cannot {action} the unfinished bake {path}: {source}")]
     Checkpoint {

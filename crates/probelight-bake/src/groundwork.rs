@@ -5,9 +5,10 @@ use std::sync::Arc;
 use probelight_asset::BakeSettings;
 use probelight_math::directions::progressive_sphere;
 use probelight_math::glam::Vec3;
-use probelight_scene::Scene;
+use probelight_scene::{Scene, Warning};
 use probelight_trace::{Hit, Progress, Tracer};
 
+use crate::air::{Air, LitSides};
 use crate::air_spaces::find_outlooks;
 use crate::atlas::Atlas;
 use crate::cut::{CutScene, cut_along_walls};
@@ -18,7 +19,6 @@ use crate::point_grid::PointGrid;
 use crate::probes::place_probes;
 use crate::receivers::{Receivers, place_receivers};
 use crate::relight::trace_relight_rays;
-use crate::sides::LitSides;
 use crate::site::{Place, Site};
 use crate::texel_points::TexelPoints;
 use crate::{BakeError, BakeOptions};
@@ -31,6 +31,8 @@ pub(crate) struct Groundwork {
     pub(crate) settings: BakeSettings,
     pub(crate) error: ErrorGoal,
     pub(crate) plan: SignalPlan,
+    /// What the scene's author should know of its air.
+    pub(crate) warning: Option<Warning>,
     /// Of the scene cut along walls.
     pub(crate) tracer: Tracer,
     pub(crate) atlas: Atlas,
@@ -60,10 +62,12 @@ pub(crate) fn prepare(
     let texel_size = wishes.density.estimated_texel_size(tracer.scene());
     let CutScene { scene, seams } = cut_along_walls(tracer.scene(), texel_size);
     let tracer = Tracer::new(Arc::new(scene));
-    let lit_sides = LitSides::find(&tracer, wishes.smallest_spacing * 0.5, wishes.seed);
+    let reach = if wishes.has_uniform_spacing() { 2 } else { 4 };
+    let air = Air::survey(&tracer, wishes.smallest_spacing * 0.5, reach, progress)?;
+    let lit_sides = LitSides::find(&air);
     let layout = fit_layout(&tracer, &lit_sides, &seams, &wishes, progress)?;
-    let receivers = place_receivers(&tracer, &layout.atlas, &lit_sides);
-    let probes = place_probes(&tracer, &wishes, &lit_sides, &receivers.receivers, progress)?;
+    let receivers = place_receivers(&air, &layout.atlas, &lit_sides);
+    let probes = place_probes(&air, &wishes, &lit_sides, &receivers.receivers, progress)?;
     let settings = wishes.settle(Decided {
         texels_per_meter: layout.texels_per_meter,
         receivers: receivers.receivers.len(),
@@ -71,7 +75,7 @@ pub(crate) fn prepare(
     });
     let directions = progressive_sphere(settings.relight_rays as usize);
     let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
-    let probes = PointGrid::of(&probes, settings.probe_spacing * 0.5);
+    let probes = PointGrid::of(&probes);
     let outlooks = find_outlooks(&tracer, &probes, &directions, &relight_hits, &receivers.receivers);
     let sites: Vec<Site> = receivers
         .receivers
@@ -81,6 +85,7 @@ pub(crate) fn prepare(
         .collect();
     let points = receivers.points.in_sight(&tracer, &sites, &probes, 1.0 / settings.texels_per_meter);
     Ok(Groundwork {
+        warning: air.warning(),
         scene_hash,
         settings,
         error: wishes.error,

@@ -3,10 +3,10 @@
 use probelight_trace::{Progress, Tracer};
 
 use crate::BakeError;
+use crate::air::LitSides;
 use crate::atlas::{Atlas, unwrap_faces};
 use crate::options::Wishes;
 use crate::receivers::count_chart_texels;
-use crate::sides::LitSides;
 
 /// Layouts tried; texel counts follow the density closely enough that more are not needed.
 const TRIES: usize = 5;

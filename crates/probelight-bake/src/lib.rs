@@ -6,7 +6,7 @@
 //! | --- | --- | --- |
 //! | wishes | `options` | what was asked for, completed by the scene's scale; settings once the steps have decided |
 //! | walls | `cut` | large triangles cut where walls stand on them, so that no chart runs under a wall |
-//! | lit sides | `sides` | which sides of the triangles have light of their own |
+//! | open air | `air` | where light can be; which sides of the triangles have light of their own |
 //! | layout | `atlas`, `layout` | lightmap charts at the wanted density |
 //! | receivers | `receivers`, `texel_points` | texels with sample points in open air; dilation |
 //! | probes | `voxels`, `probes` | where radiance is measured |
@@ -19,9 +19,10 @@
 //! | compression | `metric`, `compress`, `quantize` | truncated, split, packed (\[SED\] eq. 6) |
 //! | file | `assemble` | the [`probelight_asset::BakedScene`] and its report |
 //!
-//! `groundwork` runs the steps up to the outlooks; what they made, [`groundwork::Groundwork`], is all that later steps
+//! `groundwork` runs the steps up to the outlooks; what they made, its `Groundwork`, is all that later steps
 //! read. `group_worker` runs transport and compression for each cluster, `bake` all of them.
 
+mod air;
 mod air_spaces;
 mod assemble;
 mod atlas;
@@ -49,7 +50,6 @@ mod quantize;
 mod receivers;
 mod relight;
 mod scene_light;
-mod sides;
 mod site;
 #[cfg(test)]
 mod small_scene;

@@ -232,9 +232,9 @@ fn draw_lightings(input: Input<'_>) -> Vec<Lighting> {
         let outer_angle = 0.2 + 0.6 * rng.next_f32();
         lightings.push(Lighting::Analytic(if i % 2 == 1 {
             let inner_angle = outer_angle * rng.next_f32();
-            Light::Spot { position, direction, intensity: Vec3::ONE, inner_angle, outer_angle }
+            Light::Spot { position, direction, intensity: Vec3::ONE, inner_angle, outer_angle, range: None }
         } else {
-            Light::Point { position, intensity: Vec3::ONE }
+            Light::Point { position, intensity: Vec3::ONE, range: None }
         }));
     }
     for i in 0..SUNS {

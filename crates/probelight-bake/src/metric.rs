@@ -20,6 +20,10 @@ pub(crate) fn lighting_weights(energies: &[f32], priors: &[f32], dim_share: f32)
     energies.iter().zip(priors).map(weight).collect()
 }
 
+/// Least strength of a signal in the floor, as a share of the strongest's. Surfaces in a dark crevice light each other;
+/// without it nothing would bound the error of that light, and each bounce could multiply it.
+const LEAST_STRENGTH: f32 = 0.1;
+
 /// Second moment of a cluster's signals.
 pub(crate) struct SignalMetric {
     /// Independent strength D of each signal.
@@ -37,6 +41,8 @@ impl SignalMetric {
     /// Signals as lightings make them: `lit` has a row for each signal and a column for each lighting,
     /// `floor` the signals' independent strengths up to a common factor. `a` is the cluster's matrix.
     pub(crate) fn radiance(mut lit: Mat<f32>, priors: &[f32], mut floor: Vec<f32>, a: &Mat<f32>) -> Self {
+        let least = LEAST_STRENGTH * floor.iter().copied().fold(0.0, f32::max);
+        floor.iter_mut().for_each(|strength| *strength = strength.max(least));
         let arriving = a * &lit;
         let lightings = lit.ncols();
         let energy = |i: usize| arriving.col(i).iter().map(|e| e * e).sum::<f32>();

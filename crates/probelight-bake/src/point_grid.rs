@@ -1,93 +1,63 @@
 //! Finding the points near a place.
 
-use std::collections::HashMap;
+use probelight_math::glam::Vec3;
+use rstar::RTree;
+use rstar::primitives::GeomWithData;
 
-use probelight_math::glam::{IVec3, Vec3};
-
-/// Points in order of insertion, with a hash grid for neighbour queries.
+/// Points in order of insertion, in an R-tree: a query takes the time of a few points, however far apart
+/// they all lie.
+#[derive(Default)]
 pub(crate) struct PointGrid {
-    cell: f32,
     /// Positions in order of insertion.
     pub(crate) positions: Vec<Vec3>,
-    cells: HashMap<IVec3, Vec<u32>>,
-    low: IVec3,
-    high: IVec3,
+    tree: RTree<NumberedPoint>,
 }
 
+/// A position and its number.
+type NumberedPoint = GeomWithData<[f32; 3], u32>;
+
 impl PointGrid {
-    /// An empty set for queries of about `cell` metres.
-    pub(crate) fn new(cell: f32) -> Self {
-        Self { cell, positions: Vec::new(), cells: HashMap::new(), low: IVec3::MAX, high: IVec3::MIN }
-    }
-
     /// A set of given positions.
-    pub(crate) fn of(positions: &[Vec3], cell: f32) -> Self {
-        let mut set = Self::new(cell);
-        for position in positions {
-            set.insert(*position);
-        }
-        set
-    }
-
-    fn cell_of(&self, position: Vec3) -> IVec3 {
-        (position / self.cell).floor().as_ivec3()
+    pub(crate) fn of(positions: &[Vec3]) -> Self {
+        let numbered =
+            (0..).zip(positions).map(|(number, position)| NumberedPoint::new((*position).into(), number));
+        Self { positions: positions.to_vec(), tree: RTree::bulk_load(numbered.collect()) }
     }
 
     /// Adds a point.
     pub(crate) fn insert(&mut self, position: Vec3) {
-        let cell = self.cell_of(position);
-        self.low = self.low.min(cell);
-        self.high = self.high.max(cell);
-        self.cells.entry(cell).or_default().push(self.positions.len() as u32);
+        self.tree.insert(NumberedPoint::new(position.into(), self.positions.len() as u32));
         self.positions.push(position);
     }
 
     /// Whether a point within `radius` of `centre` satisfies `test`.
     pub(crate) fn any_within(&self, centre: Vec3, radius: f32, test: impl Fn(Vec3) -> bool) -> bool {
-        let reach = (radius / self.cell).ceil() as i32;
-        let middle = self.cell_of(centre);
-        cube(middle - reach, middle + reach).filter_map(|cell| self.cells.get(&cell)).flatten().any(|p| {
-            let position = self.positions[*p as usize];
-            position.distance_squared(centre) < radius * radius && test(position)
+        self.tree
+            .locate_within_distance(centre.into(), radius * radius)
+            .any(|point| test(Vec3::from(*point.geom())))
+    }
+
+    /// Numbers of the points, nearest first; of those equally near, the smallest first.
+    pub(crate) fn by_distance(&self, centre: Vec3) -> impl Iterator<Item = u32> {
+        let mut sorted = self.tree.nearest_neighbor_iter_with_distance_2(&centre.into()).peekable();
+        let mut equally_near = Vec::new();
+        std::iter::from_fn(move || {
+            if equally_near.is_empty() {
+                let (point, distance) = sorted.next()?;
+                equally_near.push(point.data);
+                while let Some((other, _)) = sorted.next_if(|(_, other)| *other == distance) {
+                    equally_near.push(other.data);
+                }
+                equally_near.sort_unstable_by(|a, b| b.cmp(a));
+            }
+            equally_near.pop()
         })
     }
 
     /// Numbers of the `count` points nearest to a point, nearest first.
     pub(crate) fn nearest(&self, centre: Vec3, count: usize) -> Vec<u32> {
-        let middle = self.cell_of(centre);
-        let farthest = (middle - self.low).max(self.high - middle).max_element().max(0);
-        let mut found: Vec<(f32, u32)> = Vec::new();
-        for shell in 0..=farthest {
-            // Everything in this shell is at least this far away.
-            let shell_distance = (shell - 1).max(0) as f32 * self.cell;
-            if found.len() >= count {
-                found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                if found[count - 1].0 <= shell_distance * shell_distance {
-                    break;
-                }
-            }
-            for cell in shell_cells(middle, shell) {
-                for p in self.cells.get(&cell).into_iter().flatten() {
-                    found.push((self.positions[*p as usize].distance_squared(centre), *p));
-                }
-            }
-        }
-        found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        found.truncate(count);
-        found.into_iter().map(|(_, p)| p).collect()
+        self.by_distance(centre).take(count).collect()
     }
-}
-
-/// All cells of a box, corners included.
-fn cube(low: IVec3, high: IVec3) -> impl Iterator<Item = IVec3> {
-    (low.z..=high.z).flat_map(move |z| {
-        (low.y..=high.y).flat_map(move |y| (low.x..=high.x).map(move |x| IVec3::new(x, y, z)))
-    })
-}
-
-/// The cells at Chebyshev distance `shell` from `middle`.
-fn shell_cells(middle: IVec3, shell: i32) -> impl Iterator<Item = IVec3> {
-    cube(middle - shell, middle + shell).filter(move |cell| (*cell - middle).abs().max_element() == shell)
 }
 
 #[cfg(test)]
@@ -95,21 +65,47 @@ mod tests {
     use super::*;
     use probelight_math::sampling::Rng;
 
+    /// All points of a set, nearest first, by a full search.
+    fn sorted(positions: &[Vec3], centre: Vec3) -> Vec<u32> {
+        let mut all: Vec<u32> = (0..positions.len() as u32).collect();
+        let distance = |i: &u32| positions[*i as usize].distance_squared(centre);
+        all.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
+        all
+    }
+
     #[test]
     fn nearest_agrees_with_a_full_search() {
         let mut rng = Rng::new(3, 4);
         let mut point = || 10.0 * Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
         let positions: Vec<Vec3> = (0..300).map(|_| point()).collect();
-        let set = PointGrid::of(&positions, 0.7);
+        let at_once = PointGrid::of(&positions);
+        let mut one_by_one = PointGrid::default();
+        positions.iter().for_each(|position| one_by_one.insert(*position));
         for _ in 0..50 {
             let centre = point() * 1.5;
-            let mut all: Vec<u32> = (0..300).collect();
-            all.sort_by(|a, b| {
-                let d = |i: &u32| positions[*i as usize].distance_squared(centre);
-                d(a).total_cmp(&d(b))
-            });
-            assert_eq!(set.nearest(centre, 17), all[..17]);
+            let expected = sorted(&positions, centre);
+            for set in [&at_once, &one_by_one] {
+                assert_eq!(set.nearest(centre, 17), expected[..17]);
+                assert_eq!(set.nearest(centre, 1000), expected);
+            }
         }
-        assert_eq!(set.nearest(Vec3::ZERO, 1000).len(), 300);
+    }
+
+    #[test]
+    fn points_on_a_lattice_and_in_one_place_are_told_apart_by_number() {
+        let lattice = |i: u32| Vec3::new((i % 8) as f32, (i / 8 % 8) as f32, (i / 64) as f32);
+        let positions: Vec<Vec3> = (0..512).map(lattice).chain([Vec3::splat(3.5); 100]).collect();
+        let set = PointGrid::of(&positions);
+        assert_eq!(set.nearest(Vec3::splat(3.5), 108), sorted(&positions, Vec3::splat(3.5))[..108]);
+    }
+
+    #[test]
+    fn what_lies_within_a_radius_is_found_at_any_scale() {
+        for scale in [1e-6, 1.0, 1e6] {
+            let set = PointGrid::of(&[Vec3::X * scale, Vec3::Y * 1e3 * scale]);
+            let any = |radius: f32| set.any_within(Vec3::ZERO, radius * scale, |_| true);
+            assert!(any(1.1) && !any(0.9));
+            assert!(!set.any_within(Vec3::ZERO, 2e3 * scale, |p| p == Vec3::ZERO));
+        }
     }
 }

@@ -1,24 +1,18 @@
 //! Where to measure light.
 //!
-//! Candidates are empty voxels next to surfaces. Those inside solids are rejected by what they see. The
-//! rest are thinned, the most open first: a candidate is dropped if a probe nearer than its own spacing
+//! Candidates are surveyed places that see light ([`crate::air`]). They are thinned, the most open first: a candidate is dropped if a probe nearer than its own spacing
 //! already sees it. A wall between the two keeps both, so every room gets probes. The spacing follows the
 //! local free distance, because radiance changes faster in tight places.
 
-use probelight_math::directions::spherical_fibonacci;
 use probelight_math::glam::Vec3;
 use probelight_trace::{Progress, Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::BakeError;
+use crate::air::{Air, LitSides};
 use crate::options::Wishes;
 use crate::point_grid::PointGrid;
 use crate::receivers::Receiver;
-use crate::sides::LitSides;
-use crate::voxels::VoxelGrid;
-
-/// Rays that look around a candidate.
-const LOOK_RAYS: usize = 128;
 
 /// Spacing as a share of the local free distance.
 const SPACING_PER_FREE_DISTANCE: f32 = 0.6;
@@ -27,47 +21,28 @@ const SPACING_PER_FREE_DISTANCE: f32 = 0.6;
 /// half the sphere with a hard edge, which rings in the bands that a probe has.
 const CLEARANCE_PER_SPACING: f32 = 0.15;
 
-/// Candidates seeing more unlit sides than this are inside solids.
-const MAX_UNLIT_SHARE: f32 = 0.2;
-
 /// Nearest probes among which a receiver must see one.
 const PROBES_TRIED_PER_RECEIVER: usize = 12;
 
-/// A place that may become a probe.
-#[derive(Clone, Copy, Debug)]
-struct Candidate {
-    position: Vec3,
-    /// Median distance to what it sees, metres.
-    free_distance: f32,
-    /// Distance to the nearest surface it sees, metres.
-    clearance: f32,
-}
-
 /// Places probes for the scene and its receivers.
 pub(crate) fn place_probes(
-    tracer: &Tracer,
+    air: &Air<'_>,
     wishes: &Wishes,
     lit_sides: &LitSides,
     receivers: &[Receiver],
     progress: &dyn Progress,
 ) -> Result<Vec<Vec3>, BakeError> {
+    let tracer = air.tracer();
     let (widest, smallest) = (wishes.widest_spacing, wishes.smallest_spacing);
-    let grid = VoxelGrid::new(tracer.scene(), smallest * 0.5);
-    let places = grid.empty_near_surfaces(if wishes.has_uniform_spacing() { 2 } else { 4 });
-    progress.begin("placing probes", places.len() as u64);
-    let mut candidates: Vec<Candidate> = places
-        .par_iter()
-        .filter_map(|(position, _)| {
-            progress.advance(1);
-            look_around(tracer, lit_sides, *position)
-        })
-        .collect();
-    if progress.is_cancelled() {
-        return Err(BakeError::Cancelled);
-    }
+    let mut candidates = air.places_for_probes(lit_sides);
+    progress.begin("placing probes", candidates.len() as u64);
     candidates.sort_by(|a, b| b.free_distance.total_cmp(&a.free_distance));
-    let mut probes = PointGrid::new(smallest);
+    let mut probes = PointGrid::default();
     for candidate in candidates {
+        if progress.is_cancelled() {
+            return Err(BakeError::Cancelled);
+        }
+        progress.advance(1);
         let spacing = (candidate.free_distance * SPACING_PER_FREE_DISTANCE).clamp(smallest, widest);
         let is_clear = candidate.clearance >= CLEARANCE_PER_SPACING * spacing;
         if is_clear
@@ -78,29 +53,6 @@ pub(crate) fn place_probes(
     }
     cover_receivers(tracer, widest, receivers, &mut probes);
     Ok(probes.positions)
-}
-
-/// Judges a place by what it sees; `None` if it lies inside a solid or sees nothing at all.
-fn look_around(tracer: &Tracer, lit_sides: &LitSides, position: Vec3) -> Option<Candidate> {
-    let mut distances = Vec::with_capacity(LOOK_RAYS);
-    let mut unlit = 0;
-    for ray in 0..LOOK_RAYS {
-        let direction = spherical_fibonacci(ray, LOOK_RAYS);
-        if let Some(hit) = tracer.closest_hit(&Ray::new(position, direction)) {
-            distances.push(hit.distance);
-            unlit += usize::from(!lit_sides.is_lit(&hit));
-        } else {
-            distances.push(f32::INFINITY);
-        }
-    }
-    distances.sort_by(f32::total_cmp);
-    let sees_surface = distances[0].is_finite();
-    let in_air = unlit as f32 <= MAX_UNLIT_SHARE * LOOK_RAYS as f32;
-    (sees_surface && in_air).then(|| Candidate {
-        position,
-        free_distance: distances[LOOK_RAYS / 2],
-        clearance: distances[0],
-    })
 }
 
 /// Adds a probe in front of every receiver that sees none of those around it.

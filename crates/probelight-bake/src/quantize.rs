@@ -49,7 +49,7 @@ pub(crate) struct PackedFactors {
     pub(crate) column_exponents: Vec<u8>,
     /// Relative error in the metric, of truncation and rounding together.
     pub(crate) error: f32,
-    /// Each receiver's relative error, as [`probelight_asset::BakedScene::receiver_errors`] has it.
+    /// Each receiver's relative error, as [`probelight_asset::BakedParts::receiver_errors`] has it.
     pub(crate) receiver_errors: Vec<u8>,
 }
 

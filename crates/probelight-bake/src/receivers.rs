@@ -1,22 +1,24 @@
 //! Receivers: lightmap texels that hold light of their own.
 //!
 //! A texel belongs to a chart if its square overlaps one of the chart's faces (conservative rasterisation).
-//! Its sample point is the texel's centre, or the covered point nearest to it. Texels whose sample point
-//! lies inside other geometry try other points of their square; those that find none are invalid and are
-//! filled from valid neighbours of the same chart.
+//! Points are spread over its surface; those that are open ([`crate::air`]) stay, and the one nearest to the texel's
+//! centre is its sample point. Texels without an open point, inside other geometry, are invalid and are filled from
+//! valid neighbours of the same chart.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 
 use probelight_asset::NONE;
 use probelight_math::glam::{Vec2, Vec3};
-use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
-use probelight_trace::{Ray, Tracer};
+use probelight_math::sampling::hash_pair;
+use probelight_trace::Tracer;
 use rayon::prelude::*;
 
+use crate::air::{Air, LitSides, Outpost};
 use crate::atlas::Atlas;
-use crate::sides::LitSides;
 use crate::site::{Outlook, Site};
-use crate::texel_points::{SamplePoint, TexelPoints, point_on_face, texels_around};
+use crate::texel_points::{
+    FacePoint, POINTS_PER_TEXEL, SamplePoint, TexelPoints, point_on_face, spread_points, texels_around,
+};
 
 /// A place that gathers light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -86,26 +88,133 @@ impl Coverage {
     }
 }
 
-/// Rays that decide whether a sample point lies inside a solid, and the share of unlit sides above which it
-/// does.
-const VALIDITY_RAYS: u32 = 48;
-const MAX_UNLIT_SHARE: f32 = 0.3;
+/// Points tried on texels whose first points are all hidden.
+const POINTS_OF_HIDDEN_TEXELS: u32 = 64;
 
 /// Finds the receivers of an atlas.
-pub(crate) fn place_receivers(tracer: &Tracer, atlas: &Atlas, lit_sides: &LitSides) -> Receivers {
+pub(crate) fn place_receivers(air: &Air<'_>, atlas: &Atlas, lit_sides: &LitSides) -> Receivers {
     let needed = rasterize_conservatively(atlas);
-    let covered: Vec<&(u32, Coverage)> = needed.iter().filter(|(_, c)| c.is_covered).collect();
-    let placed: Vec<Option<Receiver>> = covered
-        .par_iter()
-        .map(|(texel, coverage)| find_valid_sample(tracer, atlas, lit_sides, *texel, coverage))
-        .collect();
-    let receivers: Vec<Receiver> = placed.iter().flatten().copied().collect();
+    let covered: Vec<(u32, Coverage)> = needed.iter().filter(|(_, c)| c.is_covered).copied().collect();
+    let finder = PointFinder { air, atlas, lit_sides };
+    let (receivers, points): (Vec<Receiver>, Vec<Vec<SamplePoint>>) = covered
+        .iter()
+        .zip(finder.open_points(&covered))
+        .filter_map(|(texel, open)| receiver(atlas, texel, open))
+        .unzip();
     Receivers {
-        points: TexelPoints::spread(tracer, atlas, &receivers),
+        points: TexelPoints::of_texels(&points),
         dilation: dilate_charts(atlas, &needed, &receivers),
         chart_texels: covered.len() as u64,
         invalid_texels: (covered.len() - receivers.len()) as u64,
         receivers,
+    }
+}
+
+/// The receiver of a texel at the first of its open points, and the points that its rays start from: the others, or
+/// that one where there are no others.
+fn receiver(
+    atlas: &Atlas,
+    (texel, coverage): &(u32, Coverage),
+    mut open: Vec<SamplePoint>,
+) -> Option<(Receiver, Vec<SamplePoint>)> {
+    let SamplePoint { triangle, barycentric, position, normal, .. } = *open.first()?;
+    let (chart, is_back_face) = (coverage.chart, atlas.is_back_face(coverage.face));
+    if open.len() > 1 {
+        open.remove(0);
+    }
+    Some((Receiver { texel: *texel, chart, triangle, barycentric, is_back_face, position, normal }, open))
+}
+
+/// Finds the points of texels that are open.
+struct PointFinder<'a> {
+    air: &'a Air<'a>,
+    atlas: &'a Atlas,
+    lit_sides: &'a LitSides,
+}
+
+impl PointFinder<'_> {
+    /// Open points of each texel, that at its middle or nearest to it first. None lies inside a solid.
+    fn open_points(&self, texels: &[(u32, Coverage)]) -> Vec<Vec<SamplePoint>> {
+        let middle = |(_, coverage): &(u32, Coverage)| vec![self.point(coverage.face, coverage.nearest)];
+        let by_any_way = |point: &Outpost, seed| self.air.is_open(point, seed);
+        let mut open = self.open_among(texels, POINTS_PER_TEXEL, middle, by_any_way);
+        let hidden: Vec<usize> = (0..texels.len()).filter(|i| open[*i].is_empty()).collect();
+        let hidden_texels: Vec<(u32, Coverage)> = hidden.iter().map(|i| texels[*i]).collect();
+        let rims = self.rims();
+        let corners_and_rims = |(texel, coverage): &(u32, Coverage)| {
+            let centre = self.centre(*texel);
+            let corners = self.atlas.faces[coverage.face as usize].corners;
+            let near = |(x, y)| nearest_in_triangle(centre + Vec2::new(x, y) * 0.4, corners);
+            let at_corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)].map(near);
+            let at_corners = at_corners.into_iter().map(|point| self.point(coverage.face, point));
+            at_corners.chain(rims.get(texel).into_iter().flatten().copied()).collect()
+        };
+        let at_once = |point: &Outpost, _| self.air.sees(point);
+        let found = self.open_among(&hidden_texels, POINTS_OF_HIDDEN_TEXELS, corners_and_rims, at_once);
+        for (i, mut points) in hidden.into_iter().zip(found) {
+            points.truncate(POINTS_PER_TEXEL as usize);
+            open[i] = points;
+        }
+        open
+    }
+
+    /// The open ones among `count` points spread over each texel and among its special points, which come first.
+    fn open_among(
+        &self,
+        texels: &[(u32, Coverage)],
+        count: u32,
+        special: impl Fn(&(u32, Coverage)) -> Vec<SamplePoint> + Sync,
+        is_open: impl Fn(&Outpost, u32) -> bool + Sync,
+    ) -> Vec<Vec<SamplePoint>> {
+        let tracer = self.air.tracer();
+        let charts: Vec<(u32, u32)> = texels.iter().map(|(texel, c)| (*texel, c.chart)).collect();
+        let spread = spread_points(self.atlas, &charts, count);
+        let open = |(texel, spread): (&(u32, Coverage), Vec<FacePoint>)| {
+            let middle = self.point(texel.1.face, texel.1.nearest).position;
+            let spread = spread.into_iter().map(|p| point_on_face(tracer, self.atlas, p.face, p.barycentric));
+            let points = (0..).zip(special(texel).into_iter().chain(spread));
+            let points = points.filter(|(i, point)| is_open(&point.outpost(tracer), hash_pair(texel.0, *i)));
+            let mut points: Vec<SamplePoint> = points.map(|(_, point)| point).collect();
+            let distance = |p: &SamplePoint| p.position.distance_squared(middle);
+            let nearest =
+                (0..points.len()).min_by(|a, b| distance(&points[*a]).total_cmp(&distance(&points[*b])));
+            if let Some(nearest) = nearest {
+                points[..=nearest].rotate_right(1);
+            }
+            points
+        };
+        texels.par_iter().zip(spread).map(open).collect()
+    }
+
+    /// Points of rims, by the texel in which they lie.
+    fn rims(&self) -> HashMap<u32, Vec<SamplePoint>> {
+        let mut rims: HashMap<u32, Vec<SamplePoint>> = HashMap::new();
+        for face in
+            (0..self.atlas.faces.len() as u32).filter(|face| self.atlas.face_charts[*face as usize] != NONE)
+        {
+            let triangle = self.atlas.face_triangles[face as usize];
+            for point in self.lit_sides.rim(triangle, self.atlas.is_back_face(face)) {
+                let texel = self.atlas.texel_at(self.atlas.faces[face as usize].position(*point));
+                rims.entry(texel).or_default().push(point_on_face(
+                    self.air.tracer(),
+                    self.atlas,
+                    face,
+                    *point,
+                ));
+            }
+        }
+        rims
+    }
+
+    /// The middle of a texel in the lightmap, texels.
+    fn centre(&self, texel: u32) -> Vec2 {
+        Vec2::new((texel % self.atlas.width) as f32 + 0.5, (texel / self.atlas.width) as f32 + 0.5)
+    }
+
+    /// The point of a face at a position in the lightmap.
+    fn point(&self, face: u32, position: Vec2) -> SamplePoint {
+        let barycentric = barycentric_of(position, self.atlas.faces[face as usize].corners);
+        point_on_face(self.air.tracer(), self.atlas, face, barycentric)
     }
 }
 
@@ -188,47 +297,6 @@ pub(crate) fn barycentric_of(point: Vec2, [a, b, c]: [Vec2; 3]) -> Vec2 {
         return Vec2::splat(1.0 / 3.0);
     }
     Vec2::new(ap.perp_dot(ac), ab.perp_dot(ap)) / area
-}
-
-/// The first sample point of the texel that lies in open air.
-fn find_valid_sample(
-    tracer: &Tracer,
-    atlas: &Atlas,
-    lit_sides: &LitSides,
-    texel: u32,
-    covered: &Coverage,
-) -> Option<Receiver> {
-    let corners = atlas.faces[covered.face as usize].corners;
-    let centre = Vec2::new((texel % atlas.width) as f32 + 0.5, (texel / atlas.width) as f32 + 0.5);
-    let others = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
-        .map(|(x, y)| nearest_in_triangle(centre + Vec2::new(x, y) * 0.4, corners));
-    std::iter::once(covered.nearest)
-        .chain(others)
-        .map(|point| receiver_at(tracer, atlas, texel, covered.face, point))
-        .find(|receiver| !is_inside_solid(tracer, lit_sides, receiver))
-}
-
-/// The receiver of a texel whose sample point is at lightmap position `point` of a face.
-fn receiver_at(tracer: &Tracer, atlas: &Atlas, texel: u32, face: u32, point: Vec2) -> Receiver {
-    let barycentric = barycentric_of(point, atlas.faces[face as usize].corners);
-    let SamplePoint { triangle, barycentric, position, normal, .. } =
-        point_on_face(tracer, atlas, face, barycentric);
-    let (chart, is_back_face) = (atlas.face_charts[face as usize], atlas.is_back_face(face));
-    Receiver { texel, chart, triangle, barycentric, is_back_face, position, normal }
-}
-
-/// Whether a place sees so many unlit sides that it must lie inside a solid.
-fn is_inside_solid(tracer: &Tracer, lit_sides: &LitSides, receiver: &Receiver) -> bool {
-    let world_from_local = world_from_tangent(receiver.normal);
-    let origin = receiver.ray_origin(tracer);
-    let unlit = (0..VALIDITY_RAYS)
-        .filter(|ray| {
-            let u = sobol_owen(*ray, hash_pair(receiver.texel, 5));
-            let direction = world_from_local * cosine_hemisphere_from_square(u);
-            tracer.closest_hit(&Ray::new(origin, direction)).is_some_and(|hit| !lit_sides.is_lit(&hit))
-        })
-        .count();
-    unlit as f32 > MAX_UNLIT_SHARE * VALIDITY_RAYS as f32
 }
 
 /// Sources for the needed texels without a receiver: the nearest receiver of the same chart, found by

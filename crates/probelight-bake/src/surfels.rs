@@ -386,9 +386,9 @@ mod tests {
             let [a, b] = group.children.map(|child| tree.surfels_in(child));
             assert_eq!(a + b, tree.surfels_in(number as u32));
         }
-        let sides = by_air_space(&scene.receivers.receivers)
+        let sides = by_air_space(&scene.ground.sites)
             .into_iter()
-            .flat_map(|group| by_side(&scene.receivers.receivers, group));
+            .flat_map(|group| by_side(&scene.ground.sites, group));
         let roots = tree.parents.iter().filter(|parent| **parent == NONE).count();
         assert_eq!(roots, sides.count());
     }
@@ -415,33 +415,27 @@ mod tests {
         // The lamp's panel hangs five millimetres below the ceiling.
         let scene = SmallScene::load("cornell_empty.glb");
         let tree = &scene.light.sources.surfels;
-        let (mut hidden_points, mut hidden_samples, mut points, mut samples) = (0, 0, 0, 0);
-        for (surfel, members) in tree.surfels.iter().zip(receivers_by_surfel(&scene)) {
-            let members = members.iter().flat_map(|r| scene.ground.points.of(*r as u32));
-            let (hidden, exposed): (Vec<&SamplePoint>, Vec<&SamplePoint>) =
-                members.partition(|point| point.exposure < 10);
-            if hidden.is_empty() || exposed.iter().all(|point| point.exposure < 50) {
-                continue;
-            }
-            let of_surfel = &tree.light_samples[surfel.first_sample as usize..];
-            let of_surfel = &of_surfel[..surfel.sample_count as usize];
-            let is_hidden = |s: &&LightSample| hidden.iter().any(|point| point.position == s.position);
-            hidden_points += hidden.len();
-            points += hidden.len() + exposed.len();
-            hidden_samples += of_surfel.iter().filter(is_hidden).count();
-            samples += of_surfel.len();
-        }
-        assert!(hidden_points * 5 > points, "{hidden_points} of {points} points");
-        assert!(hidden_samples * 20 < samples, "{hidden_samples} of {samples} samples");
+        let on_ceiling = |sample: &&LightSample| sample.position.y > 5.487;
+        let samples_within = |margin: f32| {
+            let distance = |sample: &LightSample| {
+                let offset = (sample.position - Vec3::new(2.78, 0.0, 2.8)).abs() - Vec3::new(0.65, 0.0, 0.53);
+                offset.x.max(offset.z)
+            };
+            let ceiling = tree.light_samples.iter().filter(on_ceiling);
+            ceiling.filter(|sample| distance(sample) < margin).count()
+        };
+        assert_eq!(samples_within(-0.1), 0, "above the panel");
+        // Negative control: there are samples around it.
+        assert!(samples_within(0.4) > 8, "{}", samples_within(0.4));
     }
 
     #[test]
     fn every_gather_ray_inside_a_closed_room_ends_on_a_surfel() {
         let scene = SmallScene::load("furnace.glb");
-        for receiver in (0..scene.receivers.receivers.len() as u32).step_by(20) {
+        for receiver in (0..scene.ground.sites.len() as u32).step_by(20) {
             for ray in scene.gather(receiver, 32) {
                 let hit = ray.hit.expect("the room is closed");
-                let surfel = scene.light.sources.surfels.surfel_of_hit(&scene.atlas, &hit);
+                let surfel = scene.light.sources.surfels.surfel_of_hit(&scene.ground.atlas, &hit);
                 assert!((surfel as usize) < scene.light.sources.surfels.surfels.len());
             }
         }

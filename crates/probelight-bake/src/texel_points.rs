@@ -9,9 +9,10 @@ use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_
 use probelight_trace::{Ray, Tracer};
 use rayon::prelude::*;
 
+use crate::air::Outpost;
 use crate::atlas::Atlas;
 use crate::point_grid::PointGrid;
-use crate::receivers::{Receiver, barycentric_of};
+use crate::receivers::barycentric_of;
 use crate::site::Site;
 
 /// Points are pulled this far towards the middle of their face, so that rays never start exactly on an edge
@@ -34,6 +35,11 @@ pub(crate) struct SamplePoint {
 }
 
 impl SamplePoint {
+    /// The point, moved off its surface.
+    pub(crate) fn outpost(&self, tracer: &Tracer) -> Outpost {
+        Outpost { origin: self.ray_origin(tracer), normal: self.normal }
+    }
+
     /// Where rays from the point start: moved off the surface.
     pub(crate) fn ray_origin(&self, tracer: &Tracer) -> Vec3 {
         self.position + self.normal * tracer.offset()
@@ -60,8 +66,8 @@ const EXPOSURE_RAYS: u32 = 8;
 /// Points less exposed than the best beside them by this factor do not count.
 const LEAST_EXPOSURE: u32 = 4;
 
-/// Points tried in each texel.
-const POINTS_PER_TEXEL: u32 = 8;
+/// Points on each texel.
+pub(crate) const POINTS_PER_TEXEL: u32 = 8;
 
 impl TexelPoints {
     /// The points that can be seen, with their exposure over a texel's width: those that see the site's outlook or one
@@ -93,11 +99,7 @@ impl TexelPoints {
                 keep_exposed(points, |point| point.exposure)
             })
             .collect();
-        let ends = kept.iter().scan(0, |end, points| {
-            *end += points.len() as u32;
-            Some(*end)
-        });
-        Self { first_points: std::iter::once(0).chain(ends).collect(), points: kept.concat() }
+        Self::of_texels(&kept)
     }
 
     /// Points on a receiver's texel; at least one.
@@ -106,50 +108,52 @@ impl TexelPoints {
         &self.points[self.first_points[receiver] as usize..self.first_points[receiver + 1] as usize]
     }
 
-    /// The points of each texel that lie on its chart, and where those of each receiver begin. A receiver whose
-    /// surface they all miss has its sample point only.
-    pub(crate) fn spread(tracer: &Tracer, atlas: &Atlas, receivers: &[Receiver]) -> Self {
-        let mut receiver_of_texel = vec![NONE; atlas.width as usize * atlas.height as usize];
-        for (r, receiver) in (0..).zip(receivers) {
-            receiver_of_texel[receiver.texel as usize] = r;
-        }
-        let pattern: Vec<Vec2> = (0..POINTS_PER_TEXEL).map(|i| sobol_owen(i, 0x7e8e1)).collect();
-        let mut found: Vec<(u32, u32, SamplePoint)> = Vec::new();
-        for (face, layout) in atlas.faces.iter().enumerate().filter(|(f, _)| atlas.face_charts[*f] != NONE) {
-            for (x, y) in texels_around(atlas, layout.corners) {
-                let receiver = receiver_of_texel[(y * atlas.width + x) as usize];
-                if receiver == NONE || receivers[receiver as usize].chart != atlas.face_charts[face] {
-                    continue;
-                }
-                for (i, offset) in (0..).zip(&pattern) {
-                    let at = barycentric_of(Vec2::new(x as f32, y as f32) + *offset, layout.corners);
-                    if at.x >= 0.0 && at.y >= 0.0 && at.x + at.y <= 1.0 {
-                        found.push((receiver, i, point_on_face(tracer, atlas, face as u32, at)));
-                    }
-                }
-            }
-        }
-        found.sort_by_key(|(receiver, i, _)| (*receiver, *i));
-        let (mut points, mut first_points) = (Vec::with_capacity(found.len()), Vec::new());
-        let mut found = found.into_iter().peekable();
-        for (r, receiver) in (0..).zip(receivers) {
-            first_points.push(points.len() as u32);
-            while let Some((_, _, point)) = found.next_if(|(of, ..)| *of == r) {
-                points.push(point);
-            }
-            if points.len() as u32 == first_points[r as usize] {
-                points.push(SamplePoint {
-                    exposure: FULL_EXPOSURE,
-                    triangle: receiver.triangle,
-                    barycentric: receiver.barycentric,
-                    position: receiver.position,
-                    normal: receiver.normal,
-                });
-            }
-        }
-        first_points.push(points.len() as u32);
-        Self { points, first_points }
+    /// The points of texels, receiver by receiver.
+    pub(crate) fn of_texels(points: &[Vec<SamplePoint>]) -> Self {
+        let ends = points.iter().scan(0, |end, points| {
+            *end += points.len() as u32;
+            Some(*end)
+        });
+        Self { first_points: std::iter::once(0).chain(ends).collect(), points: points.concat() }
     }
+}
+
+/// A place on a face: barycentric weights of the second and third corner.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FacePoint {
+    pub(crate) face: u32,
+    pub(crate) barycentric: Vec2,
+}
+
+/// `count` points spread over each of the given texels, as far as they lie on the texel's chart. Texels are given with
+/// their charts.
+pub(crate) fn spread_points(atlas: &Atlas, texels: &[(u32, u32)], count: u32) -> Vec<Vec<FacePoint>> {
+    let mut number_of_texel = vec![NONE; atlas.width as usize * atlas.height as usize];
+    for (number, (texel, _)) in (0..).zip(texels) {
+        number_of_texel[*texel as usize] = number;
+    }
+    let pattern: Vec<Vec2> = (0..count).map(|i| sobol_owen(i, 0x7e8e1)).collect();
+    let mut found: Vec<Vec<(u32, FacePoint)>> = vec![Vec::new(); texels.len()];
+    for (face, layout) in (0..).zip(&atlas.faces).filter(|(f, _)| atlas.face_charts[*f as usize] != NONE) {
+        for (x, y) in texels_around(atlas, layout.corners) {
+            let number = number_of_texel[(y * atlas.width + x) as usize];
+            if number == NONE || texels[number as usize].1 != atlas.face_charts[face as usize] {
+                continue;
+            }
+            for (i, offset) in (0..).zip(&pattern) {
+                let at = barycentric_of(Vec2::new(x as f32, y as f32) + *offset, layout.corners);
+                if at.x >= 0.0 && at.y >= 0.0 && at.x + at.y <= 1.0 {
+                    found[number as usize].push((i, FacePoint { face, barycentric: at }));
+                }
+            }
+        }
+    }
+    // Not face by face, so that any part of a texel's points covers it all.
+    let in_order = |mut points: Vec<(u32, FacePoint)>| {
+        points.sort_by_key(|(i, _)| *i);
+        points.into_iter().map(|(_, point)| point).collect()
+    };
+    found.into_iter().map(in_order).collect()
 }
 
 /// Texels that a face may reach into or that lookups in it touch.

@@ -113,6 +113,10 @@ pub(crate) fn support_kernel(distance: f32, radius: f32) -> f32 {
 /// Once the probes tried hold this share of the weight that could still come, the rest is not tested.
 const NEGLIGIBLE_REST: f32 = 0.02;
 
+/// How much more light patches may bring than the rays that meet them would under even light: surfels may be brighter than
+/// their patch. Below the inverse of any albedo up to 0.9, so that no crevice multiplies its own light by bounces.
+const LARGEST_PATCH_SUM: f32 = 1.1;
+
 /// Nearest distance that still raises a probe's weight, as a share of the support radius; keeps 1/d² finite.
 const NEAREST_SHARE: f32 = 0.01;
 
@@ -161,6 +165,7 @@ impl TransportBuilder<'_> {
         let weight = PI / rays.len() as f32;
         let mut far = Vec::new();
         let mut row = vec![0.0; scalars.first_sky_column()];
+        let mut near_rays = 0.0;
         let mut sky = RowAccumulator::new(scalars.sky, 1, &[]);
         for (ray, surfel) in rays.iter().zip(surfels) {
             let Some(hit) = ray.hit else {
@@ -172,12 +177,16 @@ impl TransportBuilder<'_> {
                 far.push((ray.end(self.tracer), weight * (1.0 - near)));
             }
             match scalars.patches.column(*surfel) {
-                Some((column, share)) => row[column] += weight * near * share,
+                Some((column, share)) => {
+                    row[column] += weight * near * share;
+                    near_rays += weight * near;
+                }
                 None if near > 0.0 => transport.uncovered_rays += 1,
                 None => {}
             }
         }
-        let (_, emitters) = row.split_at_mut(scalars.patches.patches.len());
+        let (patches, emitters) = row.split_at_mut(scalars.patches.patches.len());
+        limit_sum(patches, LARGEST_PATCH_SUM * near_rays);
         let sampling = &scalars.sampling;
         scalars.emitters.add_form_factors(self.tracer, place, sampling, half, rays, emitters);
         transport.halves[half].append(&mut row);
@@ -289,6 +298,14 @@ impl TransportBuilder<'_> {
             })
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
             .map(|(_, probe, direction)| (probe, direction))
+    }
+}
+
+/// Scales values down to a sum of at most `limit`.
+fn limit_sum(values: &mut [f32], limit: f32) {
+    let sum: f32 = values.iter().sum();
+    if sum > limit {
+        values.iter_mut().for_each(|value| *value *= limit / sum);
     }
 }
 
@@ -410,6 +427,16 @@ mod tests {
         // A cubic's steepest slope is 3/2 of the mean one.
         assert!(steepest <= 1.51 * 0.01 / (2.0 * (HANDOVER_END - HANDOVER_START)), "{steepest}");
         assert_eq!(share_at(None, 1e9), 1.0, "without a radius, patches serve all distances");
+    }
+
+    #[test]
+    fn sums_are_limited_and_smaller_ones_stay() {
+        let limited = |limit| {
+            let mut values = [1.0, 3.0];
+            limit_sum(&mut values, limit);
+            values
+        };
+        assert_eq!([2.0, 5.0].map(limited), [[0.5, 1.5], [1.0, 3.0]]);
     }
 
     #[test]

@@ -161,8 +161,8 @@ fn an_error_that_is_asked_for_is_kept_by_every_cluster() {
 
 /// The largest irradiance on the floors of the sunlit room A and of the sealed room C of `rooms.glb`.
 fn brightest_of_rooms(baked: BakedScene, lamp: Vec3) -> [f32; 2] {
-    let mut runtime = Runtime::new(Arc::new(baked)).unwrap();
-    let lights = vec![Light::Point { position: lamp, intensity: Vec3::splat(20.0) }];
+    let mut runtime = Runtime::new(Arc::new(baked));
+    let lights = vec![Light::Point { position: lamp, intensity: Vec3::splat(20.0), range: None }];
     runtime.set_lighting(Lighting { lights, ..Lighting::default() }).unwrap();
     runtime.converge(1e-4, 50);
     // Room A and room C begin at these x; both are 5 m deep in z.

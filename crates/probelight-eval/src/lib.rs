@@ -20,6 +20,6 @@ pub use border_jumps::BorderJumps;
 pub use error::EvalError;
 pub use flip::flip;
 pub use image_metrics::{ImageView, relative_mse, ssim};
-pub use point_errors::{COMPARED, PointErrors, PointSelection, largest_irradiance};
+pub use point_errors::{COMPARED, PointErrors, PointSelection, SMALL_TRIANGLE, largest_irradiance};
 pub use predictions::write_predictions;
-pub use reference_points::{PointKind, ReferencePoint, ReferencePoints};
+pub use reference_points::{PointKind, ReferencePoint, ReferencePoints, Sampling};

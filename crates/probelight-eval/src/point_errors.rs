@@ -6,7 +6,7 @@ use probelight_scene::Bounds;
 use serde::Serialize;
 
 use crate::percentile::percentile;
-use crate::{EvalError, PointKind, ReferencePoint, ReferencePoints};
+use crate::{EvalError, PointKind, ReferencePoint, ReferencePoints, Sampling};
 
 /// What of the reference is compared: the light that Probelight's lightmap holds. Where a setup has neither
 /// emissive surfaces nor a sky, this is `E_indirect` alone.
@@ -16,6 +16,12 @@ pub const COMPARED: &str = "E_indirect + E_area + E_sky";
 /// dark points do not dominate.
 const DARK_POINT_SHARE: f64 = 0.02;
 
+/// A triangle smaller than this (m²) is small: what people look at is detail, yet it has little area.
+pub const SMALL_TRIANGLE: f32 = 0.05;
+
+/// Standard errors by which a point's reference must exceed zero to count as lit.
+const SURELY_LIT: f64 = 3.0;
+
 /// Rec. 709 luminance weights, squared.
 const SQUARED_WEIGHTS: [f64; 3] = [0.2126 * 0.2126, 0.7152 * 0.7152, 0.0722 * 0.0722];
 
@@ -24,20 +30,34 @@ const SQUARED_WEIGHTS: [f64; 3] = [0.2126 * 0.2126, 0.7152 * 0.7152, 0.0722 * 0.
 pub struct PointSelection {
     /// Only points of this kind.
     pub kind: PointKind,
+    /// Only points chosen so.
+    pub sampling: Sampling,
+    /// Only points on triangles smaller than this, m².
+    pub triangles_below: Option<f32>,
     /// Only points inside this box.
     pub within: Option<Bounds>,
 }
 
 impl Default for PointSelection {
-    /// All points on surfaces.
+    /// All points on surfaces that were chosen by area.
     fn default() -> Self {
-        Self { kind: PointKind::Surface, within: None }
+        Self { kind: PointKind::Surface, sampling: Sampling::ByArea, triangles_below: None, within: None }
     }
 }
 
 impl PointSelection {
-    fn contains(&self, point: &ReferencePoint) -> bool {
-        point.kind == self.kind && self.within.is_none_or(|bounds| bounds.contains(point.position))
+    /// The points on small triangles among those chosen by triangle.
+    pub fn small_triangles() -> Self {
+        Self { sampling: Sampling::ByTriangle, triangles_below: Some(SMALL_TRIANGLE), ..Self::default() }
+    }
+
+    /// Whether a point counts.
+    pub fn contains(&self, point: &ReferencePoint) -> bool {
+        let is_small = |limit| point.triangle_area.is_some_and(|area| area < limit);
+        point.kind == self.kind
+            && point.sampling == self.sampling
+            && self.triangles_below.is_none_or(is_small)
+            && self.within.is_none_or(|bounds| bounds.contains(point.position))
     }
 }
 
@@ -83,6 +103,9 @@ pub struct PointErrors {
     pub max_relative_error: Option<f64>,
     /// mean(E − E_ref) / mean E_ref.
     pub mean_bias: Option<f64>,
+    /// Share of the points that are exactly black though the reference finds light: more than
+    /// 0.02 · mean E_ref, and surely no noise.
+    pub black_share: f64,
     /// Mean E.
     pub mean_prediction: f64,
     /// Mean E_ref.
@@ -137,6 +160,7 @@ impl PointErrors {
             p95_relative_error: percentile(&errors, 0.95),
             max_relative_error: errors.last().copied(),
             mean_bias: (mean_reference > 0.0).then(|| (mean_prediction - mean_reference) / mean_reference),
+            black_share: mean(&|pair| f64::from(u8::from(pair.is_wrongly_black(mean_reference)))),
             mean_prediction,
             mean_reference,
             max_prediction: max(&|pair| pair.prediction),
@@ -173,6 +197,11 @@ impl Pair {
             reference: f64::from(luminance(point.compared_irradiance())),
             noise_variance: point.luminance_variance(),
         }
+    }
+
+    fn is_wrongly_black(&self, mean_reference: f64) -> bool {
+        let lit = (DARK_POINT_SHARE * mean_reference).max(SURELY_LIT * self.noise_variance.sqrt());
+        self.prediction <= 0.0 && self.reference > lit
     }
 
     fn difference(&self) -> f64 {

@@ -7,6 +7,7 @@
 //! E_{delta,area,sky,indirect}_{r,g,b}                       irradiance, W/m²
 //! se_{area,sky,indirect}_{r,g,b}                            standard error of the mean
 //! kind                                                      0 on a surface, 1 in free space
+//! sampling, triangle_area                                   optional: 0 by area, 1 by triangle; m²
 //! ```
 
 use std::path::Path;
@@ -24,6 +25,16 @@ pub enum PointKind {
     FreeSpace,
 }
 
+/// How points on surfaces were chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sampling {
+    /// Evenly over the area.
+    #[default]
+    ByArea,
+    /// Evenly over the triangles, so that small ones count as much as large ones.
+    ByTriangle,
+}
+
 /// Irradiance at one point. Irradiances and their standard errors are in W/m², linear Rec. 709.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferencePoint {
@@ -33,6 +44,10 @@ pub struct ReferencePoint {
     pub normal: Vec3,
     /// Where the point lies.
     pub kind: PointKind,
+    /// How the point was chosen; by area if the table does not say.
+    pub sampling: Sampling,
+    /// Area of the triangle it lies on, m², if the table says.
+    pub triangle_area: Option<f32>,
     /// From point, spot and directional lights, without any bounce.
     pub irradiance_delta: Vec3,
     /// From emissive surfaces, without any bounce.
@@ -144,6 +159,8 @@ struct Columns {
     se_sky: VectorColumns,
     se_indirect: VectorColumns,
     kind: usize,
+    sampling: Option<usize>,
+    triangle_area: Option<usize>,
 }
 
 impl Columns {
@@ -156,6 +173,7 @@ impl Columns {
                 (None, _) => Err(format!("there is no column {wanted}")),
             }
         };
+        let find_optional = |wanted| if names.contains(&wanted) { find(wanted).map(Some) } else { Ok(None) };
         let vector = |name, suffixes: [&str; 3]| {
             let [a, b, c] = suffixes.map(|suffix| find(&format!("{name}_{suffix}")));
             Ok::<_, String>(VectorColumns { name, at: [a?, b?, c?] })
@@ -172,6 +190,8 @@ impl Columns {
             se_sky: color("se_sky")?,
             se_indirect: color("se_indirect")?,
             kind: find("kind")?,
+            sampling: find_optional("sampling")?,
+            triangle_area: find_optional("triangle_area")?,
         })
     }
 
@@ -185,10 +205,21 @@ impl Columns {
             1.0 => PointKind::FreeSpace,
             other => return Err(format!("kind is {other}; 0 (surface) and 1 (free space) are known")),
         };
+        let sampling = match self.sampling.map_or(0.0, |column| row[column]) {
+            0.0 => Sampling::ByArea,
+            1.0 => Sampling::ByTriangle,
+            other => return Err(format!("sampling is {other}; 0 (by area) and 1 (by triangle) are known")),
+        };
+        let triangle_area = self.triangle_area.map(|column| row[column]);
+        if let Some(area) = triangle_area.filter(|area| !(area.is_finite() && *area >= 0.0)) {
+            return Err(format!("triangle_area is {area}, which is no area"));
+        }
         Ok(ReferencePoint {
             position: self.position.get(row)?,
             normal: normal.normalize(),
             kind,
+            sampling,
+            triangle_area,
             irradiance_delta: self.delta.get(row)?,
             irradiance_area: self.area.get(row)?,
             irradiance_sky: self.sky.get(row)?,
@@ -221,6 +252,8 @@ mod tests {
             position: Vec3::new(1.0, 2.0, 3.0),
             normal: Vec3::NEG_Y,
             kind: PointKind::FreeSpace,
+            sampling: Sampling::ByArea,
+            triangle_area: None,
             irradiance_delta: Vec3::new(4.0, 5.0, 6.0),
             irradiance_area: Vec3::new(7.0, 8.0, 9.0),
             irradiance_sky: Vec3::new(10.0, 11.0, 12.0),

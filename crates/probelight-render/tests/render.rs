@@ -99,7 +99,7 @@ fn a_floor_under_a_point_light_follows_the_cosine_and_the_distance() {
     let tracer = Tracer::new(floor(50.0, grey(0.6)));
     let light = Vec3::new(0.4, 2.0, -0.3);
     let lighting = Lighting {
-        lights: vec![Light::Point { position: light, intensity: Vec3::new(10.0, 5.0, 1.0) }],
+        lights: vec![Light::Point { position: light, intensity: Vec3::new(10.0, 5.0, 1.0), range: None }],
         ..Lighting::default()
     };
     let view = View { tracer: &tracer, lighting: &lighting, surfaces: &UNLIT };
@@ -138,7 +138,8 @@ fn the_camera_keeps_left_right_up_and_down() {
     // Looking along −Z at a floor under a sky: the floor fills the lower half, and a light on the right
     // makes the right side brighter.
     let tracer = Tracer::new(floor(1000.0, grey(0.5)));
-    let light = Light::Point { position: Vec3::new(8.0, 2.0, -8.0), intensity: Vec3::splat(100.0) };
+    let light =
+        Light::Point { position: Vec3::new(8.0, 2.0, -8.0), intensity: Vec3::splat(100.0), range: None };
     let sky = Sky::Uniform(Vec3::new(0.0, 0.0, 7.0));
     let lighting = Lighting { lights: vec![light], sky, ..Lighting::default() };
     let view = View { tracer: &tracer, lighting: &lighting, surfaces: &UNLIT };

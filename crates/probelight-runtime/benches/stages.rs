@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use probelight_asset::BakedScene;
 use probelight_runtime::synthetic::{SyntheticSize, synthetic_lighting, synthetic_room};
 use probelight_runtime::{FrameInput, PerStage, Runtime, Stage, StageTimings, stage_bytes};
 use probelight_scene::Lighting;
@@ -41,7 +42,7 @@ fn stages(criterion: &mut Criterion) {
     for (name, size) in
         [("paper", SyntheticSize::paper(RECEIVERS)), ("hybrid", SyntheticSize::hybrid(RECEIVERS))]
     {
-        let mut runtime = Runtime::new(Arc::new(synthetic_room(size))).unwrap();
+        let mut runtime = Runtime::new(Arc::new(BakedScene::new(synthetic_room(size)).unwrap()));
         runtime.set_lighting(synthetic_lighting()).unwrap();
         runtime.step(&FrameInput::default());
         bench_stages(criterion, name, &mut runtime);

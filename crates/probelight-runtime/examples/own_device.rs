@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (device, queue) = open_device()?;
     let baked = match std::env::args_os().nth(1) {
         Some(path) => BakedScene::read(path.as_ref())?,
-        None => synthetic_room(SyntheticSize::hybrid(20_000)),
+        None => BakedScene::new(synthetic_room(SyntheticSize::hybrid(20_000)))?,
     };
     let mut runtime = GpuRuntime::new(&device, &queue, Arc::new(baked), GpuOptions::default())?;
     runtime.set_base_color(0, Vec3::new(0.8, 0.3, 0.2))?;

@@ -1,13 +1,10 @@
 //! Why the runtime refused its input.
 
-use probelight_asset::AssetError;
+use probelight_scene::Unusable;
 
-/// Why a baked scene or a change to it was refused.
+/// Why a change to a scene was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum RuntimeError {
-    /// The baked scene contradicts itself, see [`probelight_asset::BakedScene::validate`].
-    #[error(transparent)]
-    Baked(#[from] AssetError),
     /// A material index out of range.
     #[error("there is no material {material}: the scene has {count}, counted from 0")]
     UnknownMaterial {
@@ -24,15 +21,9 @@ pub enum RuntimeError {
         /// The material.
         material: usize,
     },
-    /// A light that cannot be.
-    #[error(
-        "{what} of the lighting is impossible: light must be finite and not negative in each channel, positions \
-         finite, directions of length 1"
-    )]
-    InvalidLighting {
-        /// Which part of it.
-        what: String,
-    },
+    /// A light or sky that makes no sense.
+    #[error(transparent)]
+    Lighting(#[from] Unusable),
     /// Settings that are no levels of detail.
     #[error("levels of detail: {reason}")]
     InvalidLod {

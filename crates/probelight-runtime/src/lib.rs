@@ -21,7 +21,7 @@
 //! use probelight_scene::{Light, Lighting, Sky};
 //!
 //! let baked = BakedScene::read("atrium.plight".as_ref())?;
-//! let mut runtime = Runtime::new(Arc::new(baked))?;
+//! let mut runtime = Runtime::new(Arc::new(baked));
 //!
 //! let sun = Light::Directional { direction: Vec3::new(0.3, -0.9, 0.1).normalize(), irradiance: Vec3::splat(4.0) };
 //! let sky = Sky::Uniform(Vec3::new(0.4, 0.6, 1.0));

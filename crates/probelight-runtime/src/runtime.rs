@@ -37,13 +37,9 @@ pub struct Runtime {
 impl Runtime {
     /// Prepares a baked scene: builds the BVH for shadow rays, and all buffers. The lights are those of the
     /// scene's file, the sky is black, emissive surfaces shine.
-    ///
-    /// # Errors
-    /// If parts of the baked scene contradict each other.
-    pub fn new(baked: Arc<BakedScene>) -> Result<Self, RuntimeError> {
-        baked.validate()?;
-        Ok(Self {
-            tracer: Tracer::new(Arc::new(baked.scene.clone())),
+    pub fn new(baked: Arc<BakedScene>) -> Self {
+        Self {
+            tracer: Tracer::new(Arc::clone(&baked.scene)),
             state: SceneState::new(&baked),
             plans: FramePlans::new(&baked),
             signals: ScalarSignals::new(&baked),
@@ -53,7 +49,7 @@ impl Runtime {
             dilation: Dilation::new(&baked),
             lightmap: IrradianceLightmap::new(baked.lightmap.width, baked.lightmap.height),
             baked,
-        })
+        }
     }
 
     /// The baked scene.

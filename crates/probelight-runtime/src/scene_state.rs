@@ -2,7 +2,7 @@
 
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
-use probelight_scene::{Light, Lighting, Sky};
+use probelight_scene::Lighting;
 
 use crate::{RuntimeError, SurfaceColors};
 
@@ -40,7 +40,8 @@ impl SceneState {
     }
 
     pub(crate) fn set_lighting(&mut self, lighting: Lighting) -> Result<(), RuntimeError> {
-        check_lighting(&lighting)?;
+        // NaN and infinity would stay in the feedback forever.
+        lighting.validate()?;
         self.stale.direct |= lighting.lights != self.lighting.lights;
         self.stale.shading |= lighting.emissive_scale != self.lighting.emissive_scale;
         self.stale.sky |= lighting.sky != self.lighting.sky;
@@ -80,34 +81,4 @@ fn checked<'a>(
     }
     let count = colors.len();
     colors.get_mut(material).ok_or(RuntimeError::UnknownMaterial { material, count })
-}
-
-/// Whether a lighting can be added to what is there: NaN and infinity would stay in the feedback forever.
-pub(crate) fn check_lighting(lighting: &Lighting) -> Result<(), RuntimeError> {
-    let refuse = |what: String| Err(RuntimeError::InvalidLighting { what });
-    let is_light = |light: Vec3| light.is_finite() && light.min_element() >= 0.0;
-    for (index, light) in lighting.lights.iter().enumerate() {
-        let (power, place) = match light {
-            Light::Point { position, intensity } => (intensity, position.is_finite()),
-            Light::Spot { position, direction, intensity, inner_angle, outer_angle } => {
-                let angles = inner_angle.is_finite() && outer_angle.is_finite();
-                (intensity, position.is_finite() && direction.is_normalized() && angles)
-            }
-            Light::Directional { direction, irradiance } => (irradiance, direction.is_normalized()),
-        };
-        if !(is_light(*power) && place) {
-            return refuse(format!("light {index}"));
-        }
-    }
-    let is_sky = match lighting.sky {
-        Sky::Uniform(radiance) => is_light(radiance),
-        Sky::Gradient { zenith, horizon, ground } => [zenith, horizon, ground].into_iter().all(is_light),
-    };
-    if !is_sky {
-        return refuse("the sky".into());
-    }
-    if !(lighting.emissive_scale.is_finite() && lighting.emissive_scale >= 0.0) {
-        return refuse("the factor on emission".into());
-    }
-    Ok(())
 }

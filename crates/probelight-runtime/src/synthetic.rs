@@ -3,7 +3,7 @@
 
 use probelight_asset::packed::Ranks;
 use probelight_asset::{
-    BakedScene, Cluster, Emitter, LightSample, LightmapFace, NONE, Probe, Surfel, SurfelGroup,
+    BakedParts, Cluster, Emitter, LightSample, LightmapFace, NONE, Probe, Surfel, SurfelGroup,
 };
 use probelight_math::directions::progressive_sphere;
 use probelight_math::glam::{Vec2, Vec3, Vec4};
@@ -134,13 +134,18 @@ pub fn floor_and_shade() -> Scene {
 pub fn synthetic_lighting() -> Lighting {
     Lighting {
         lights: vec![
-            Light::Point { position: Vec3::new(0.5, 2.0, 0.3), intensity: Vec3::new(9.0, 8.0, 7.0) },
+            Light::Point {
+                position: Vec3::new(0.5, 2.0, 0.3),
+                intensity: Vec3::new(9.0, 8.0, 7.0),
+                range: None,
+            },
             Light::Spot {
                 position: Vec3::new(-1.0, 3.0, 0.0),
                 direction: -Vec3::Y,
                 intensity: Vec3::splat(20.0),
                 inner_angle: 0.3,
                 outer_angle: 0.6,
+                range: None,
             },
             Light::Directional { direction: Vec3::new(0.6, -0.8, 0.0), irradiance: Vec3::new(3.0, 2.5, 2.0) },
         ],
@@ -155,12 +160,12 @@ pub fn synthetic_lighting() -> Lighting {
 
 /// [`floor_and_shade`] with random surfels and random matrices. Clusters are square tiles of the lightmap, with
 /// dilated texels around their rows.
-pub fn synthetic_room(size: SyntheticSize) -> BakedScene {
+pub fn synthetic_room(size: SyntheticSize) -> BakedParts {
     let rng = &mut Rng::new(size.clusters as u64, 1);
-    let mut baked = BakedScene {
-        scene: floor_and_shade(),
+    let mut baked = BakedParts {
+        scene: floor_and_shade().into(),
         relight_directions: progressive_sphere(size.rays),
-        ..BakedScene::default()
+        ..BakedParts::default()
     };
     baked.settings.sh_degree = size.sh_degree as u32;
     baked.settings.sky_degree = size.sky_degree;
@@ -221,7 +226,7 @@ fn below(rng: &mut Rng, end: usize) -> u32 {
     rng.next_u32() % end as u32
 }
 
-fn push_random_surfels(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSize) {
+fn push_random_surfels(baked: &mut BakedParts, rng: &mut Rng, size: SyntheticSize) {
     let receivers = baked.receiver_texels.len();
     for index in 0..size.surfels {
         let sample_count = 1 + below(rng, size.samples_per_surfel);
@@ -266,7 +271,7 @@ fn random_light_sample(rng: &mut Rng, scene: &Scene, texel: u32) -> LightSample 
 }
 
 /// Tiles touch the ones left and right of them, so that clusters meet there, and have dilated texels below them.
-fn tile_lightmap(baked: &mut BakedScene, size: SyntheticSize) {
+fn tile_lightmap(baked: &mut BakedParts, size: SyntheticSize) {
     baked.settings.blend_borders = true;
     let side = (size.receivers_per_cluster as f64).sqrt().ceil() as u32;
     let tiles_across = (size.clusters as f64).sqrt().ceil() as u32;
@@ -290,7 +295,7 @@ fn tile_lightmap(baked: &mut BakedScene, size: SyntheticSize) {
     }
 }
 
-fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSize, index: usize) {
+fn push_random_cluster(baked: &mut BakedParts, rng: &mut Rng, size: SyntheticSize, index: usize) {
     let kind = if size.varied { index % 3 } else { 0 };
     let signal_count = if kind == 2 { 0 } else { size.signals_per_cluster };
     let probe_count = if kind == 1 { 0 } else { size.probes_per_cluster };
@@ -315,7 +320,7 @@ fn push_random_cluster(baked: &mut BakedScene, rng: &mut Rng, size: SyntheticSiz
         signal_ranks,
         receiver_basis_offset: baked.receiver_basis.len() as u64,
         signal_basis_offset: baked.signal_basis.len() as u64,
-        row_scale_offset: baked.row_scales.len() as u32,
+        row_scale_offset: baked.row_scales.len() as u64,
         column_exponent_offset: baked.column_exponents.len() as u64,
         error: 0.0,
     };

@@ -4,12 +4,12 @@
 mod support;
 
 use std::alloc::System;
-use std::sync::{Arc, Barrier};
+use std::sync::Barrier;
 
 use probelight_runtime::{FrameInput, Runtime};
 use probelight_scene::Lighting;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
-use support::{SMALL, all_lights, random_room};
+use support::{SMALL, all_lights, checked, random_room};
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
@@ -43,7 +43,7 @@ fn steal_once() {
 fn frames_after_the_first_allocate_nothing() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     pool.install(|| {
-        let mut runtime = Runtime::new(Arc::new(random_room(SMALL))).unwrap();
+        let mut runtime = Runtime::new(checked(random_room(SMALL)));
         runtime.step(&FrameInput::default());
         steal_once();
         let mut lightings = [all_lights(), Lighting::default(), all_lights()].into_iter();

@@ -4,19 +4,18 @@
 mod support;
 
 use std::f32::consts::PI;
-use std::sync::Arc;
 
 use half::f16;
 use probelight_asset::packed::{Precision, Ranks};
-use probelight_asset::{BakedScene, Emitter, LightSample, NONE, Surfel, SurfelGroup};
+use probelight_asset::{BakedParts, Emitter, LightSample, NONE, Surfel, SurfelGroup};
 use probelight_math::glam::Vec3;
 use probelight_runtime::{FrameInput, Runtime};
 use probelight_scene::{Light, Lighting, Sky};
-use support::{SMALL, Size, all_lights, floor_and_shade, material, random_room, single_probe};
+use support::{SMALL, Size, all_lights, checked, floor_and_shade, material, random_room, single_probe};
 use support::{uniform_sky, white_sample};
 
-fn runtime(baked: BakedScene) -> Runtime {
-    Runtime::new(Arc::new(baked)).unwrap()
+fn runtime(parts: BakedParts) -> Runtime {
+    Runtime::new(checked(parts))
 }
 
 #[test]
@@ -86,7 +85,7 @@ fn point_light_reaches_the_side_of_the_sample() {
         sample.base_color_and_side[3] = side;
         let mut runtime = runtime(single_probe(floor_and_shade(), Some(sample), &[1.0]));
         let position = Vec3::new(2.0, height, 0.5);
-        let lights = vec![Light::Point { position, intensity: Vec3::splat(8.0 * PI) }];
+        let lights = vec![Light::Point { position, intensity: Vec3::splat(8.0 * PI), range: None }];
         runtime.set_lighting(Lighting { lights, ..Lighting::default() }).unwrap();
         runtime.step(&FrameInput::default());
         runtime.surfel_radiance()[0]
@@ -117,7 +116,7 @@ fn shadows_fall_and_back_faces_do_not_emit() {
 }
 
 /// A floor whose surfels shine by emission alone, each sample as bright as its emissive texel says.
-fn emissive_floor(samples: &[[u8; 3]], surfels: &[u32]) -> BakedScene {
+fn emissive_floor(samples: &[[u8; 3]], surfels: &[u32]) -> BakedParts {
     let mut scene = floor_and_shade();
     scene.materials[0] = material(Vec3::ZERO, Vec3::ONE);
     let mut baked = single_probe(scene, None, &[1.0]);
@@ -158,7 +157,7 @@ fn surfels_are_means_of_samples_and_groups_of_surfels() {
 fn emitters_shine_in_place_of_their_surfels() {
     let mean_texel = Vec3::new(0.5, 0.25, 1.0);
     let mut baked = emissive_floor(&[[255, 255, 255]], &[1]);
-    let signals = |baked: BakedScene, lighting: Lighting| {
+    let signals = |baked: BakedParts, lighting: Lighting| {
         let mut runtime = runtime(baked);
         runtime.set_lighting(lighting).unwrap();
         runtime.set_emission(0, Vec3::new(2.0, 4.0, 1.0)).unwrap();

@@ -5,11 +5,9 @@
 mod gpu;
 mod support;
 
-use std::sync::Arc;
-
 use half::f16;
-use probelight_asset::BakedScene;
 use probelight_asset::packed::Ranks;
+use probelight_asset::{BakedParts, BakedScene};
 use probelight_math::glam::{DVec3, Vec3};
 use probelight_math::sampling::Rng;
 use probelight_runtime::gpu::readback::read_texture;
@@ -17,7 +15,7 @@ use probelight_runtime::gpu::{GpuDevice, GpuError, GpuOptions, GpuRuntime, Shado
 use probelight_runtime::{ClusterExtent, FrameInput, FramePlan, ProbeExtent, Runtime, Stage};
 use probelight_scene::{Light, Lighting};
 use probelight_trace::direct_irradiance;
-use support::{SMALL, SMALL_PAPER, Size, all_lights, probe_coefficients, random_plan, random_room};
+use support::{SMALL, SMALL_PAPER, Size, all_lights, checked, probe_coefficients, random_plan, random_room};
 
 /// A sum of n products of random sign in f32 is off by some √n · 6e-8 and n is about a hundred here; the orders
 /// of the sums differ, and GPUs may round 2^x and divisions by 2 in the last place.
@@ -65,15 +63,15 @@ struct Twins {
 }
 
 impl Twins {
-    fn new(gpu: &'static GpuDevice, baked: BakedScene, options: GpuOptions) -> Self {
-        let full = FramePlan::full(&baked);
-        Self::with_plan(gpu, baked, options, &full)
+    fn new(gpu: &'static GpuDevice, parts: BakedParts, options: GpuOptions) -> Self {
+        let full = FramePlan::full(&checked(parts.clone()));
+        Self::with_plan(gpu, parts, options, &full)
     }
 
     /// After a full frame and one by `plan`.
-    fn with_plan(gpu: &'static GpuDevice, baked: BakedScene, options: GpuOptions, plan: &FramePlan) -> Self {
-        let baked = Arc::new(baked);
-        let mut on_cpu = Runtime::new(baked.clone()).unwrap();
+    fn with_plan(gpu: &'static GpuDevice, parts: BakedParts, options: GpuOptions, plan: &FramePlan) -> Self {
+        let baked = checked(parts);
+        let mut on_cpu = Runtime::new(baked.clone());
         on_cpu.set_lighting(all_lights()).unwrap();
         on_cpu.step(&FrameInput::default());
         let before = Before::of(&on_cpu);
@@ -227,9 +225,9 @@ fn stages_equal_their_twins_where_they_compute_less() {
     for (seed, size) in
         [(1, SMALL), (2, SMALL_PAPER), (3, Size { probes: 40, rays: 300, ..SMALL }), (4, many)]
     {
-        let baked = random_room(size);
-        let plan = small_plan(&baked, seed);
-        let differences = Twins::with_plan(gpu, baked, options(), &plan).differences();
+        let parts = random_room(size);
+        let plan = small_plan(&checked(parts.clone()), seed);
+        let differences = Twins::with_plan(gpu, parts, options(), &plan).differences();
         assert_eq!(are_small(&differences), [true; 6], "{size:?}: {differences:?}");
     }
 }
@@ -237,12 +235,13 @@ fn stages_equal_their_twins_where_they_compute_less() {
 #[test]
 fn another_plan_of_the_twin_is_noticed() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
-    let baked = random_room(SMALL);
+    let parts = random_room(SMALL);
+    let baked = checked(parts.clone());
     let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70 };
     let probe = ProbeExtent { rays: 30, degree: 2 };
     let plan = |extent, probe| FramePlan::new(&baked, |_| extent, |_| probe);
     let noticed = |other: &FramePlan| {
-        let mut twins = Twins::with_plan(gpu, baked.clone(), options(), &plan(extent, probe));
+        let mut twins = Twins::with_plan(gpu, parts.clone(), options(), &plan(extent, probe));
         twins.on_gpu.set_plan(other).unwrap();
         are_small(&twins.differences()).map(|is_small| !is_small)
     };
@@ -259,9 +258,10 @@ fn another_plan_of_the_twin_is_noticed() {
 fn divided_arrays_change_nothing() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
     let divided = GpuOptions { largest_buffer: Some(13_500), ..options() };
-    let baked = random_room(Size { surfels: 300, ..SMALL });
+    let parts = random_room(Size { surfels: 300, ..SMALL });
+    let baked = checked(parts.clone());
     for plan in [FramePlan::full(&baked), small_plan(&baked, 5)] {
-        let mut twins = Twins::with_plan(gpu, baked.clone(), divided, &plan);
+        let mut twins = Twins::with_plan(gpu, parts.clone(), divided, &plan);
         let [surfels, clusters] = twins.on_gpu.shard_counts();
         assert!(surfels > 1 && clusters > 1, "{surfels} and {clusters} portions");
         let differences = twins.differences();
@@ -273,7 +273,7 @@ fn divided_arrays_change_nothing() {
 fn arrays_that_cannot_be_divided_are_refused() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
     let options = GpuOptions { largest_buffer: Some(1000), ..options() };
-    let refused = GpuRuntime::new(&gpu.device, &gpu.queue, Arc::new(random_room(SMALL)), options);
+    let refused = GpuRuntime::new(&gpu.device, &gpu.queue, checked(random_room(SMALL)), options);
     assert!(matches!(refused, Err(GpuError::TooLarge { limit: 1000, .. })));
 }
 
@@ -282,8 +282,7 @@ fn comparison_notices_a_wrong_input_of_each_stage() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
     for wrong in 0..5 {
         let mut twins = Twins::new(gpu, random_room(SMALL), options());
-        let baked = Arc::make_mut(&mut Arc::clone(twins.on_cpu.baked())).clone();
-        let mut damaged = baked;
+        let mut damaged = BakedParts::clone(twins.on_cpu.baked());
         match wrong {
             0 => damaged.surfel_groups[3].first_weight *= 0.99,
             1 => damaged.relight_surfels.swap(0, 1),
@@ -381,7 +380,7 @@ fn devices_with_small_limits_refuse_large_arrays() {
         let descriptor = wgpu::DeviceDescriptor { required_limits, ..wgpu::DeviceDescriptor::default() };
         pollster::block_on(gpu.adapter.request_device(&descriptor)).unwrap()
     };
-    let baked = Arc::new(random_room(SMALL));
+    let baked = checked(random_room(SMALL));
     let (device, queue) = open(100);
     let refused = GpuRuntime::new(&device, &queue, baked.clone(), options()).unwrap_err();
     assert!(matches!(refused, GpuError::TooLarge { content: "triangles", limit: 100, .. }), "{refused}");
@@ -396,7 +395,7 @@ fn devices_with_small_limits_refuse_large_arrays() {
 fn light_that_cannot_be_is_refused() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
     let mut twins = Twins::new(gpu, random_room(SMALL), options());
-    let light = Light::Point { position: Vec3::ZERO, intensity: Vec3::NAN };
+    let light = Light::Point { position: Vec3::ZERO, intensity: Vec3::NAN, range: None };
     let wrong = Lighting { lights: vec![light], ..Lighting::default() };
     assert!(matches!(twins.on_gpu.set_lighting(wrong), Err(GpuError::Input(_))));
     assert_eq!(*twins.on_gpu.lighting(), all_lights());

@@ -3,13 +3,11 @@
 
 mod support;
 
-use std::sync::Arc;
-
 use probelight_asset::{LightmapFace, NONE};
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_runtime::{FrameInput, Runtime};
 use probelight_scene::Scene;
-use support::{add_quad, horizontal_quad, material, single_probe, uniform_sky};
+use support::{add_quad, checked, horizontal_quad, material, single_probe, uniform_sky};
 
 /// A face whose triangle lies entirely in one texel.
 fn face(texel: usize) -> LightmapFace {
@@ -31,7 +29,7 @@ fn sheet_and_wall() -> Runtime {
     let mut baked = single_probe(scene, None, &[1.0, 2.0, 4.0, 8.0]);
     baked.lightmap.faces = [0, 0, 2, 2, 3, 3, 1, 1].map(face).to_vec();
     baked.lightmap.back_faces = vec![6, 7, NONE, NONE, NONE, NONE];
-    let mut runtime = Runtime::new(Arc::new(baked)).unwrap();
+    let mut runtime = Runtime::new(checked(baked));
     runtime.set_lighting(uniform_sky(Vec3::ONE)).unwrap();
     runtime.step(&FrameInput::default());
     runtime

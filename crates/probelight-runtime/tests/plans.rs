@@ -5,7 +5,7 @@ mod support;
 
 use std::sync::Arc;
 
-use probelight_asset::BakedScene;
+use probelight_asset::{BakedParts, BakedScene};
 use probelight_math::glam::Vec3;
 use probelight_math::sampling::Rng;
 use probelight_runtime::{
@@ -16,15 +16,15 @@ use probelight_scene::Bounds;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use support::slow_frame::{SlowFrame, slow_frame};
-use support::{SMALL, SMALL_PAPER, Size, all_lights, random_plan, random_room, stage_differences};
+use support::{SMALL, SMALL_PAPER, Size, all_lights, checked, random_plan, random_room, stage_differences};
 
 /// As for full frames.
 const TOLERANCE: f64 = 3e-6;
 
 /// Runs both through the plans, one a frame.
-fn compare(baked: BakedScene, plans: impl Fn(&BakedScene) -> Vec<FramePlan>) {
-    let baked = Arc::new(baked);
-    let mut runtime = Runtime::new(baked.clone()).unwrap();
+fn compare(parts: BakedParts, plans: impl Fn(&BakedScene) -> Vec<FramePlan>) {
+    let baked = checked(parts);
+    let mut runtime = Runtime::new(baked.clone());
     runtime.set_lighting(all_lights()).unwrap();
     let colors = SurfaceColors::of(&baked.scene);
     let mut slow = SlowFrame::dark(&baked);
@@ -72,11 +72,11 @@ proptest! {
 /// The slow frame with one more of anything is another one.
 #[test]
 fn the_comparison_notices_other_extents() {
-    let baked = Arc::new(random_room(SMALL));
+    let baked = checked(random_room(SMALL));
     let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70 };
     let probe = ProbeExtent { rays: 30, degree: 2 };
     let plan = |extent, probe| FramePlan::new(&baked, |_| extent, |_| probe);
-    let mut runtime = Runtime::new(baked.clone()).unwrap();
+    let mut runtime = Runtime::new(baked.clone());
     runtime.set_lighting(all_lights()).unwrap();
     runtime.step_with(&plan(extent, probe)).unwrap();
     let colors = SurfaceColors::of(&baked.scene);
@@ -97,16 +97,17 @@ fn the_comparison_notices_other_extents() {
 /// What a plan leaves out is not read: other numbers there change nothing.
 #[test]
 fn what_lies_beyond_an_extent_does_not_count() {
-    let baked = random_room(Size { varied: false, ..SMALL });
+    let parts = random_room(Size { varied: false, ..SMALL });
     let extent = ClusterExtent { rank: 8, columns: 40, receivers: 96 };
-    let bits = |baked: &BakedScene, extent| {
+    let bits = |baked: &Arc<BakedScene>, extent| {
         let plan = FramePlan::new(baked, |_| extent, |_| ProbeExtent { rays: 30, degree: 1 });
-        let mut runtime = Runtime::new(Arc::new(baked.clone())).unwrap();
+        let mut runtime = Runtime::new(Arc::clone(baked));
         runtime.set_lighting(all_lights()).unwrap();
         runtime.step_with(&plan).unwrap();
         runtime.receiver_irradiance().iter().map(|e| e.to_array().map(f32::to_bits)).collect::<Vec<_>>()
     };
-    let mut damaged = baked.clone();
+    let baked = checked(parts.clone());
+    let mut damaged = parts;
     for cluster in &baked.clusters {
         let columns = baked.column_count(cluster);
         let start = cluster.signal_basis_offset as usize;
@@ -119,6 +120,7 @@ fn what_lies_beyond_an_extent_does_not_count() {
     for ray in (0..damaged.relight_surfels.len()).filter(|ray| ray % 60 >= 30) {
         damaged.relight_surfels[ray] = 0;
     }
+    let damaged = checked(damaged);
     assert!(bits(&baked, extent) == bits(&damaged, extent));
     assert!(bits(&baked, ClusterExtent::ALL) != bits(&damaged, ClusterExtent::ALL), "nothing was damaged");
 }
@@ -129,12 +131,12 @@ fn levels_of_detail_become_plans() {
     for (cluster, x) in baked.clusters.iter_mut().zip(0u8..) {
         cluster.bounds = Bounds { min: Vec3::X * f32::from(x), max: Vec3::X * f32::from(x) + Vec3::ONE };
     }
-    let baked = Arc::new(baked);
+    let baked = checked(baked);
     let far = LodLevel { distance: 4.0, rank: Some(3), degree: Some(1), rays: Some(20), lightmap_level: 0 };
     let lod = LodSettings { levels: vec![LodLevel::default(), far] };
     let input = FrameInput { view: Some(View { position: Vec3::ZERO }), ..FrameInput::default() };
 
-    let mut by_levels = Runtime::new(baked.clone()).unwrap();
+    let mut by_levels = Runtime::new(baked.clone());
     by_levels.set_lod(lod.clone()).unwrap();
     by_levels.step(&input);
     let mut plan = FramePlan::full(&baked);
@@ -142,7 +144,7 @@ fn levels_of_detail_become_plans() {
     assert_eq!(*by_levels.plan(), plan);
     assert_ne!(plan, FramePlan::full(&baked));
 
-    let mut by_plan = Runtime::new(baked.clone()).unwrap();
+    let mut by_plan = Runtime::new(baked.clone());
     by_plan.step_with(&plan).unwrap();
     assert_eq!(by_levels.receiver_irradiance(), by_plan.receiver_irradiance());
     by_plan.step_with(&FramePlan::full(&baked)).unwrap();
@@ -151,7 +153,7 @@ fn levels_of_detail_become_plans() {
 
 #[test]
 fn settings_survive_json_and_bad_ones_are_refused() {
-    let baked = Arc::new(random_room(SMALL));
+    let baked = checked(random_room(SMALL));
     let far = LodLevel { distance: 4.0, rank: Some(3), ..LodLevel::default() };
     let lod = LodSettings { levels: vec![LodLevel::default(), far] };
     let text = serde_json::to_string(&lod).unwrap();
@@ -161,7 +163,7 @@ fn settings_survive_json_and_bad_ones_are_refused() {
         serde_json::from_str(r#"{"levels": [{}, {"distance": 4, "rank": 3}]}"#).unwrap();
     assert_eq!(sparse, lod);
 
-    let mut runtime = Runtime::new(baked).unwrap();
+    let mut runtime = Runtime::new(baked);
     let none = LodSettings { levels: Vec::new() };
     assert!(matches!(runtime.set_lod(none), Err(RuntimeError::InvalidLod { .. })));
     assert_eq!(*runtime.lod(), LodSettings::default());
@@ -169,12 +171,12 @@ fn settings_survive_json_and_bad_ones_are_refused() {
 
 #[test]
 fn plans_for_another_scene_are_refused() {
-    let mut runtime = Runtime::new(Arc::new(random_room(SMALL))).unwrap();
-    let foreign = FramePlan::full(&random_room(Size { clusters: 3, ..SMALL }));
+    let mut runtime = Runtime::new(checked(random_room(SMALL)));
+    let foreign = FramePlan::full(&checked(random_room(Size { clusters: 3, ..SMALL })));
     assert!(matches!(runtime.step_with(&foreign), Err(RuntimeError::ForeignPlan)));
     // As many clusters and probes, but larger ones: as much of it as there is.
-    let larger =
-        FramePlan::full(&random_room(Size { receivers_per_cluster: 500, sh_degree: 9, rays: 99, ..SMALL }));
+    let larger = Size { receivers_per_cluster: 500, sh_degree: 9, rays: 99, ..SMALL };
+    let larger = FramePlan::full(&checked(random_room(larger)));
     runtime.step_with(&larger).unwrap();
     assert_eq!(*runtime.plan(), FramePlan::full(runtime.baked()));
 }

@@ -94,12 +94,13 @@ fn sun(x: f32, y: f32, z: f32) -> Light {
 }
 
 fn lamp(x: f32, y: f32, z: f32) -> Light {
-    Light::Point { position: Vec3::new(x, y, z), intensity: Vec3::ONE }
+    Light::Point { position: Vec3::new(x, y, z), intensity: Vec3::ONE, range: None }
 }
 
 fn spot(position: Vec3, target: Vec3, outer_angle: f32) -> Light {
     let direction = (target - position).normalize();
-    Light::Spot { position, direction, intensity: Vec3::ONE, inner_angle: 0.5 * outer_angle, outer_angle }
+    let inner_angle = 0.5 * outer_angle;
+    Light::Spot { position, direction, intensity: Vec3::ONE, inner_angle, outer_angle, range: None }
 }
 
 /// Scenes, lights that they are meant for, and the largest accepted share of wrong samples. Maps blur the borders

@@ -3,23 +3,21 @@
 
 mod support;
 
-use std::sync::Arc;
-
-use probelight_asset::BakedScene;
+use probelight_asset::BakedParts;
 use probelight_asset::packed::Ranks;
 use probelight_runtime::{FrameInput, FramePlan, Runtime, SurfaceColors};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use support::slow_frame::{SlowFrame, slow_frame};
-use support::{SMALL, SMALL_PAPER, Size, all_lights, random_room, stage_differences};
+use support::{SMALL, SMALL_PAPER, Size, all_lights, checked, random_room, stage_differences};
 
 /// A sum of n products of random sign in f32 is off by some √n · 6e-8; n is about a hundred here.
 const TOLERANCE: f64 = 3e-6;
 
 /// Runs both for three bounces and compares after each.
-fn compare(baked: BakedScene) {
-    let baked = Arc::new(baked);
-    let mut runtime = Runtime::new(baked.clone()).unwrap();
+fn compare(parts: BakedParts) {
+    let baked = checked(parts);
+    let mut runtime = Runtime::new(baked.clone());
     runtime.set_lighting(all_lights()).unwrap();
     let (colors, full) = (SurfaceColors::of(&baked.scene), FramePlan::full(&baked));
     let mut slow = SlowFrame::dark(&baked);
@@ -94,8 +92,8 @@ proptest! {
 
 #[test]
 fn comparison_notices_a_wrong_value_in_each_stage() {
-    let baked = Arc::new(random_room(SMALL));
-    let mut runtime = Runtime::new(baked.clone()).unwrap();
+    let baked = checked(random_room(SMALL));
+    let mut runtime = Runtime::new(baked.clone());
     runtime.set_lighting(all_lights()).unwrap();
     runtime.step(&FrameInput::default());
     let (colors, full) = (SurfaceColors::of(&baked.scene), FramePlan::full(&baked));

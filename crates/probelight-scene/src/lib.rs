@@ -12,11 +12,15 @@ mod light;
 mod material;
 mod scene;
 mod setup;
+mod source;
+mod unusable;
 
 pub use camera::Camera;
 pub use error::{SceneError, Warning};
 pub use gltf_import::{load_gltf, parse_gltf};
-pub use light::{Illumination, Light, Lighting, Sky};
+pub use light::{Illumination, Light, Lighting, Sky, range_window};
 pub use material::{AlphaMode, Material, Texture, TextureSlot};
 pub use scene::{Bounds, Scene};
 pub use setup::Setup;
+pub use source::{SourceInstance, SourceTriangle, Sources};
+pub use unusable::Unusable;

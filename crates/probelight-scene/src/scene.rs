@@ -1,8 +1,9 @@
 //! A scene flattened to world space.
 
+use bytemuck::{Pod, Zeroable};
 use probelight_math::glam::{Vec2, Vec3, Vec4};
 
-use crate::{Camera, Light, Material, SceneError, Texture, Warning};
+use crate::{Camera, Light, Material, SceneError, Sources, Texture, Warning};
 
 /// Triangles, materials, lights and cameras in world space (right-handed, +Y up, metres).
 ///
@@ -25,6 +26,8 @@ pub struct Scene {
     pub triangles: Vec<[u32; 3]>,
     /// Index into `materials`, one per triangle.
     pub triangle_material: Vec<u32>,
+    /// Which object of the file each triangle comes from.
+    pub sources: Sources,
     /// At least one material.
     pub materials: Vec<Material>,
     /// Decoded images.
@@ -38,7 +41,8 @@ pub struct Scene {
 }
 
 /// An axis-aligned box.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Bounds {
     /// Smallest corner, metres.
     pub min: Vec3,
@@ -174,7 +178,7 @@ impl Scene {
     ///
     /// # Errors
     /// Names the first array whose length is wrong, index out of range, value that is not finite, or
-    /// triangle without area; or that there is no triangle at all.
+    /// triangle without area; that the table of sources does not fit; or that there is no triangle at all.
     pub fn validate(&self) -> Result<(), SceneError> {
         let fail = |reason: String| Err(SceneError::Invalid { reason });
         let vertices = self.positions.len();
@@ -216,6 +220,7 @@ impl Scene {
                 return fail(format!("triangle {t} has no area, or more than a number can hold"));
             }
         }
+        self.sources.validate(self.triangles.len())?;
         self.validate_materials()
     }
 

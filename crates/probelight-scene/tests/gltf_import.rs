@@ -6,7 +6,7 @@ mod glb;
 
 use glb::{F32, Glb, U8, U16, U32, load_asset, warned};
 use probelight_math::glam::{Vec2, Vec3, Vec4};
-use probelight_scene::{AlphaMode, Light, Scene, load_gltf};
+use probelight_scene::{AlphaMode, Light, Scene, SourceInstance, SourceTriangle, Sources, load_gltf};
 use serde_json::json;
 
 const UP_NORMALS: [f32; 9] = [0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0];
@@ -121,6 +121,51 @@ fn instances_are_flattened_with_their_parents_transforms() {
     assert!(scene.corners(1)[1].abs_diff_eq(Vec3::new(10.0, 0.0, -4.0), 1e-5));
     assert!(scene.geometric_normal(1).abs_diff_eq(Vec3::X, 1e-6));
     assert!((scene.surface_area() - 6.0).abs() < 1e-5);
+}
+
+#[test]
+fn triangles_know_the_object_they_come_from() {
+    let mut glb = Glb::triangle();
+    let list = glb.push_accessor(U8, "SCALAR", 9, &[0, 0, 1, 0, 1, 2, 2, 1, 0]);
+    glb.json["meshes"] = json!([
+        {"name": "unused", "primitives": []},
+        {"name": "leaf", "primitives": [
+            {"attributes": {"POSITION": 0}, "mode": 0},
+            {"attributes": {"POSITION": 0}, "indices": list},
+            {"attributes": {"POSITION": 0}, "mode": 5}
+        ]}
+    ]);
+    glb.json["nodes"] = json!([{"children": [2, 1]}, {"mesh": 1, "name": "near"}, {"mesh": 1}]);
+    let sources = glb.load().unwrap().sources;
+    let instance = |node, node_name: &str, primitive| SourceInstance {
+        node,
+        node_name: node_name.into(),
+        copy: 0,
+        mesh: 1,
+        mesh_name: "leaf".into(),
+        primitive,
+    };
+    let instances = [instance(2, "", 1), instance(2, "", 2), instance(1, "near", 1), instance(1, "near", 2)];
+    assert_eq!(sources.instances, instances);
+    // The first triangle of the list has no area.
+    let triangles = [(0, 1), (0, 2), (1, 0), (2, 1), (2, 2), (3, 0)];
+    let triangles = triangles.map(|(instance, triangle)| SourceTriangle { instance, triangle });
+    assert_eq!(sources.triangles, triangles);
+}
+
+#[test]
+fn tables_of_sources_that_do_not_fit_are_refused() {
+    let scene = Glb::triangle().load().unwrap();
+    let error_after = |change: fn(&mut Scene)| {
+        let mut scene = scene.clone();
+        change(&mut scene);
+        scene.validate().err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    assert_eq!(error_after(|scene| scene.sources = Sources::default()), "");
+    assert!(error_after(|s| s.sources.instances.clear()).contains("instance that does not exist"));
+    assert!(
+        error_after(|s| s.sources.triangles.push(SourceTriangle::default())).contains("2 source triangles")
+    );
 }
 
 #[test]
@@ -283,9 +328,9 @@ fn interleaved_attributes_are_read() {
 fn lights_and_cameras_are_placed_in_the_world() {
     let mut glb = Glb::triangle();
     glb.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [
-        {"type": "point", "color": [1, 0.5, 0.25], "intensity": 8},
+        {"type": "point", "color": [1, 0.5, 0.25], "intensity": 8, "range": 3},
         {"type": "directional", "intensity": 3},
-        {"type": "spot", "intensity": 2, "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}},
+        {"type": "spot", "intensity": 2, "range": 0, "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}},
         {"type": "point", "intensity": -1}
     ]}});
     glb.json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
@@ -305,12 +350,14 @@ fn lights_and_cameras_are_placed_in_the_world() {
     let scene = glb.load().unwrap();
     let [point, sun, spot] = &scene.lights[..] else { panic!("{:?}", scene.lights) };
     let intensity = Vec3::new(8.0, 4.0, 2.0);
-    assert_eq!(*point, Light::Point { position: Vec3::new(3.0, 2.0, 3.0), intensity });
+    assert_eq!(*point, Light::Point { position: Vec3::new(3.0, 2.0, 3.0), intensity, range: Some(3.0) });
     let Light::Directional { direction, irradiance } = sun else { panic!("{sun:?}") };
     assert!(direction.abs_diff_eq(Vec3::NEG_Y, 1e-6) && *irradiance == Vec3::splat(3.0));
-    let Light::Spot { direction, inner_angle, outer_angle, .. } = spot else { panic!("{spot:?}") };
+    let Light::Spot { direction, inner_angle, outer_angle, range: None, .. } = spot else {
+        panic!("{spot:?}")
+    };
     assert_eq!((*direction, *inner_angle, *outer_angle), (Vec3::NEG_Z, 0.1, 0.5));
-    assert_eq!(warned(&scene, "lights"), 1);
+    assert_eq!([warned(&scene, "lights whose colour"), warned(&scene, "range of 0")], [1, 1]);
     let camera = &scene.cameras[0];
     assert_eq!((camera.name.as_str(), camera.width, camera.height), ("eye", 768, 512));
     let centre = camera.ray_direction(Vec2::new(384.0, 256.0));
@@ -346,7 +393,10 @@ fn content_hash_sees_what_light_sees() {
     };
     assert_eq!(hash, with_upright_uvs().load().unwrap().content_hash());
     assert_eq!(hash, changed(|s| s.warnings.clear()));
-    assert_eq!(hash, changed(|s| s.lights.push(Light::Point { position: Vec3::X, intensity: Vec3::X })));
+    assert_eq!(
+        hash,
+        changed(|s| s.lights.push(Light::Point { position: Vec3::X, intensity: Vec3::X, range: None }))
+    );
     assert_eq!(hash, changed(|s| s.materials[0].name.push('x')));
     assert_ne!(hash, changed(|s| s.positions[0].x += 1e-6));
     assert_ne!(hash, changed(|s| s.triangles[0].rotate_left(1)));

@@ -13,7 +13,7 @@ fn evening() -> Value {
     json!({
         "version": 1, "name": "evening", "scene": "room.glb", "use_emissive": true, "emissive_scale": 2.5,
         "lights": [
-            {"type": "point", "position": [0, 2, 0], "intensity": [9, 8, 7]},
+            {"type": "point", "position": [0, 2, 0], "intensity": [9, 8, 7], "range": 6.5},
             {"type": "spot", "position": [1, 2, 3], "direction": [0, -4, 0], "intensity": [1, 2, 3],
              "inner_deg": 30, "outer_deg": 60},
             {"type": "directional", "direction": [3, -4, 0], "irradiance": [3, 2, 1]},
@@ -44,8 +44,10 @@ fn every_field_is_read_in_its_unit() {
     assert_eq!(setup.lighting.sky, Sky::Uniform(Vec3::new(0.1, 0.2, 0.3)));
     let [point, spot, sun] = &setup.lighting.lights[..] else { panic!("{:?}", setup.lighting) };
     let intensity = Vec3::new(9.0, 8.0, 7.0);
-    assert_eq!(*point, Light::Point { position: Vec3::new(0.0, 2.0, 0.0), intensity });
-    let Light::Spot { direction, inner_angle, outer_angle, .. } = spot else { panic!("{spot:?}") };
+    assert_eq!(*point, Light::Point { position: Vec3::new(0.0, 2.0, 0.0), intensity, range: Some(6.5) });
+    let Light::Spot { direction, inner_angle, outer_angle, range: None, .. } = spot else {
+        panic!("{spot:?}")
+    };
     assert_eq!(*direction, Vec3::NEG_Y);
     assert!((inner_angle - std::f32::consts::FRAC_PI_6).abs() < 1e-6);
     assert!((outer_angle - std::f32::consts::FRAC_PI_3).abs() < 1e-6);
@@ -100,6 +102,9 @@ fn spoilt_fields() -> Vec<(&'static str, Value, &'static str)> {
         ("/lights/0/position/1", json!("x"), "lights[0].position[1]: a number expected"),
         ("/lights/0/position/1", json!(1e300), "lights[0].position[1]: a number of at most 3.4e38"),
         ("/lights/0/intensity", json!([1, -2, 3]), "lights[0].intensity: light must not be negative"),
+        ("/lights/0/range", json!(0), "lights[0]: its range is 0 m; it must be positive, or absent"),
+        ("/lights/1/range", json!(-2), "lights[1]: its range is -2 m"),
+        ("/lights/2/range", json!(2), "lights[2].range is not a known field"),
         ("/lights/1/direction", json!([0, 0, 0]), "lights[1].direction: the zero vector is no direction"),
         ("/lights/1/inner_deg", json!(61), "lights[1].inner_deg: a number from 0 to 60 expected, found 61"),
         ("/lights/1/outer_deg", json!(181), "lights[1].outer_deg: a number from 0 to 180"),
@@ -110,11 +115,19 @@ fn spoilt_fields() -> Vec<(&'static str, Value, &'static str)> {
         ("/lights/3/zenith", json!([1, 1, 1]), "lights[3].zenith is not a known field"),
         ("/cameras/0", json!(7), "cameras[0]: an object expected, found 7"),
         ("/cameras/0/name", json!("side"), "cameras[1]: there is already a camera \"side\""),
-        ("/cameras/0/up", json!([0, 0, 1]), "cameras[0]: up is parallel to the view direction"),
-        ("/cameras/0/target", json!([0, 1, 5]), "cameras[0]: position and target are the same point"),
-        ("/cameras/0/vfov_deg", json!(180), "cameras[0].vfov_deg: a number from 0.01 to 179"),
-        ("/cameras/0/width", json!(0), "cameras[0].width: a whole number from 1 to 16384 expected, found 0"),
-        ("/cameras/0/height", json!(1e9), "cameras[0].height: a whole number from 1 to 16384"),
+        ("/cameras/0/up", json!([0, 0, 1]), "cameras[0]: its up is parallel to the view direction"),
+        ("/cameras/0/target", json!([0, 1, 5]), "cameras[0]: its position and target are the same point"),
+        (
+            "/cameras/0/vfov_deg",
+            json!(180),
+            "cameras[0]: its vertical field of view is 180°; 0.01° to 179° are",
+        ),
+        (
+            "/cameras/0/width",
+            json!(0),
+            "cameras[0]: its image is 0 × 480 pixels; 1 to 16384 a side are allowed",
+        ),
+        ("/cameras/0/height", json!(20_000), "cameras[0]: its image is 640 × 20000 pixels"),
         ("/cameras/1/width", json!(1.5), "cameras[1].width: a whole number"),
         ("/eval_bounds", json!([[0, 0, 0]]), "eval_bounds: two corners expected"),
         ("/eval_bounds/0", json!([2, 0, 0]), "eval_bounds: the first corner must not exceed"),

@@ -49,7 +49,8 @@ fn plane_that_faces_down_on_the_sky_reflects_its_albedo() {
 
 #[test]
 fn point_light_falls_on_a_plane_by_the_inverse_square_law() {
-    let light = Light::Point { position: Vec3::new(0.0, 2.0, 0.0), intensity: Vec3::splat(10.0) };
+    let light =
+        Light::Point { position: Vec3::new(0.0, 2.0, 0.0), intensity: Vec3::splat(10.0), range: None };
     let tracer = path_tracer(floor(10.0), Lighting { lights: vec![light], ..Lighting::default() });
     let at = |x: f32| tracer.irradiance(Vec3::new(x, 0.0, 0.1), Vec3::Y, 16, 1);
     for x in [0.0, 1.0, 4.0f32] {

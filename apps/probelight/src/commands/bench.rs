@@ -137,7 +137,8 @@ impl BenchScene<'_> {
             }
             Self::Synthetic { size, method } => {
                 let name = format!("synthetic {method:?}").to_lowercase();
-                Ok((Arc::new(synthetic_room(*size)), synthetic_lighting(), name))
+                let baked = BakedScene::new(synthetic_room(*size))?;
+                Ok((Arc::new(baked), synthetic_lighting(), name))
             }
         }
     }

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use clap::Args;
 use probelight_asset::BakedScene;
 use probelight_eval::{
-    BorderJumps, PointErrors, PointKind, PointSelection, ReferencePoints, write_predictions,
+    BorderJumps, EvalError, PointErrors, PointKind, PointSelection, ReferencePoints, SMALL_TRIANGLE,
+    write_predictions,
 };
 use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::{GpuOptions, GpuRuntime};
@@ -28,7 +29,8 @@ Examples:
 
 Irradiance of the lightmap is compared with the reference's E_indirect + E_area + E_sky, because light of the
 sky and of emissive surfaces reaches the lightmap by way of the probes too; direct light of point, spot and
-directional lights is not part of it. `probelight reference --points` makes such tables.";
+directional lights is not part of it. `probelight reference --points` makes such tables. A table made by
+`probelight reference --sample` also gives the errors on small triangles.";
 
 /// Flags of `eval`.
 #[derive(Args)]
@@ -67,6 +69,8 @@ struct Report<'a> {
     bounces: usize,
     #[serde(flatten)]
     errors: PointErrors,
+    /// Errors on small triangles, if the table has points chosen by triangle.
+    small_triangles: Option<PointErrors>,
     /// Seams between clusters; the reference has no part in them.
     border_jumps: BorderJumps,
 }
@@ -88,6 +92,7 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
         write_predictions(path, &predictions)?;
     }
     let errors = PointErrors::measure(&reference, &predictions, &PointSelection::default())?;
+    let small_triangles = measure_small_triangles(&reference, &predictions)?;
     let surface_points = reference.points.iter().filter(|point| point.kind == PointKind::Surface).count();
     let report = Report {
         file: &flags.file,
@@ -98,9 +103,20 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
         free_space_points: reference.points.len() - surface_points,
         bounces,
         errors,
+        small_triangles,
         border_jumps: BorderJumps::measure(&baked, &lightmap.texels),
     };
     if flags.json { console::print_json(&report) } else { console::print(describe(&report)?.trim_end()) }
+}
+
+fn measure_small_triangles(
+    reference: &ReferencePoints,
+    predictions: &[Option<Vec3>],
+) -> Result<Option<PointErrors>, EvalError> {
+    let selection = PointSelection::small_triangles();
+    let mut rows = reference.points.iter().zip(predictions);
+    let has_any = rows.any(|(point, prediction)| prediction.is_some() && selection.contains(point));
+    has_any.then(|| PointErrors::measure(reference, predictions, &selection)).transpose()
 }
 
 /// The lightmap after all bounces, and how many they were.
@@ -112,7 +128,7 @@ fn lit_lightmap(
 ) -> anyhow::Result<(IrradianceLightmap, usize)> {
     match backend {
         Backend::Cpu => {
-            let mut runtime = Runtime::new(baked.clone())?;
+            let mut runtime = Runtime::new(baked.clone());
             let bounces = input::light(&mut runtime, setup, console)?;
             Ok((runtime.irradiance().clone(), bounces))
         }
@@ -131,7 +147,7 @@ fn predict(
     baked: &BakedScene,
     reference: &ReferencePoints,
 ) -> Vec<Option<Vec3>> {
-    let tracer = Tracer::new(Arc::new(baked.scene.clone()));
+    let tracer = Tracer::new(Arc::clone(&baked.scene));
     let points = reference.points.par_iter();
     let on_surface = points.map(|point| (point.kind == PointKind::Surface).then_some(point));
     on_surface
@@ -163,6 +179,7 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
     line("median relative error", percent(errors.median_relative_error))?;
     line("95th percentile", percent(errors.p95_relative_error))?;
     line("mean bias", percent(errors.mean_bias))?;
+    line("black though lit", percent(Some(errors.black_share)))?;
     line(
         "mean irradiance",
         format!("{:.4} W/m², reference {:.4}", errors.mean_prediction, errors.mean_reference),
@@ -171,6 +188,12 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
         "largest irradiance",
         format!("{:.4} W/m², reference {:.4}", errors.max_prediction, errors.max_reference),
     )?;
+    if let Some(small) = &report.small_triangles {
+        line(&format!("below {SMALL_TRIANGLE} m²"), format!("{} points", small.answered))?;
+        line("relative RMSE", percent(small.relative_rmse))?;
+        line("median relative error", percent(small.median_relative_error))?;
+        line("black though lit", percent(Some(small.black_share)))?;
+    }
     let jumps = &report.border_jumps;
     let both = |border, inside| format!("{} (inside clusters {})", percent(border), percent(inside));
     line("jumps at cluster borders", both(jumps.median, jumps.median_inside))?;

@@ -99,7 +99,7 @@ pub(crate) fn describe(info: &BakedInfo, matrices: &MatrixFigures) -> Result<Str
 fn content_lines(info: &BakedInfo) -> Vec<(&'static str, String)> {
     let (settings, report) = (&info.settings, &info.report);
     vec![
-        ("file", format!("{} (format version {})", megabytes(info.file_bytes), info.format_version)),
+        ("file", format!("{} (format version {})", megabytes(info.file_bytes), format_version(info))),
         ("scene", format!("{} triangles, hash {:016x}", info.triangles, info.scene_hash)),
         (
             "method",
@@ -130,6 +130,10 @@ fn content_lines(info: &BakedInfo) -> Vec<(&'static str, String)> {
             ),
         ),
     ]
+}
+
+fn format_version(info: &BakedInfo) -> String {
+    format!("{}.{}", info.format_version, info.format_minor_version)
 }
 
 fn surfels(info: &BakedInfo) -> String {

@@ -16,6 +16,7 @@ use crate::commands::render::finite;
 use crate::console::{self, Console};
 use crate::output::PictureFormat;
 use crate::points::PointsTable;
+use crate::sample_points::sample_points;
 use crate::{input, output};
 
 const EXAMPLES: &str = "\
@@ -23,6 +24,11 @@ Examples:
   probelight reference room.glb --setup night.json --camera door -o truth.png
   probelight reference room.glb --setup night.json --camera door --samples 1024 -o truth.exr
   probelight reference room.glb --setup night.json --points points.csv -o irradiance.csv
+  probelight reference room.glb --setup night.json --sample 2000 -o irradiance.csv
+
+--sample chooses the points: that many evenly over the area, and as many evenly over the triangles, because detail
+is seen although it has little area. Places that no light reaches are left out. `probelight eval` then also reports
+the errors on small triangles.
 
 Points are read from the columns position_x, position_y, position_z, normal_x, normal_y, normal_z. The output
 repeats the table and sets the columns E_delta, E_area, E_sky, E_direct, E_indirect (W/m², _r _g _b) and the
@@ -69,12 +75,15 @@ struct SubjectFlags {
     /// Compute the irradiance at these points
     #[arg(long, value_name = "P.csv")]
     points: Option<PathBuf>,
+    /// Compute the irradiance at this many points chosen by area and as many chosen by triangle
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    sample: Option<u32>,
 }
 
 /// What is traced, checked.
 enum Subject {
     Picture { camera: Camera, format: PictureFormat, exposure: Exposure },
-    Points { table: PointsTable, points: Vec<(Vec3, Vec3)> },
+    Points { table: PointsTable, points: Vec<(Vec3, Vec3)>, only_lit: bool },
 }
 
 const DEFAULT_SAMPLES_PER_PIXEL: u32 = 256;
@@ -95,9 +104,11 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     check_outputs(&flags)?;
     let scene = input::load_scene(&flags.scene, console)?;
     let setup = input::load_setup(flags.setup.as_deref(), &scene)?;
-    let subject = match &flags.subject.points {
-        Some(path) => points_subject(path)?,
-        None => Subject::Picture {
+    let subject = match (&flags.subject.points, flags.subject.sample) {
+        (Some(path), _) => points_subject(PointsTable::read(path)?, false)
+            .with_context(|| format!("{} is not a usable table of points", path.display()))?,
+        (None, Some(count)) => points_subject(sample_points(&scene, count, flags.seed), true)?,
+        (None, None) => Subject::Picture {
             camera: input::choose_camera(&setup, flags.subject.camera.as_deref(), flags.size)?,
             format: PictureFormat::of(&flags.out)?,
             exposure: flags.exposure.map_or(Exposure::Automatic, Exposure::Ev),
@@ -117,28 +128,23 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
 fn check_outputs(flags: &Flags) -> anyhow::Result<()> {
     let inputs = [Some(&flags.scene), flags.setup.as_ref(), flags.subject.points.as_ref()];
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
-    if flags.subject.points.is_some() {
+    if flags.subject.camera.is_none() {
         let is_table = flags.out.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-        ensure!(is_table, "{} must end in .csv, because --points gives a table", flags.out.display());
+        ensure!(is_table, "{} must end in .csv, because points give a table", flags.out.display());
     } else {
         PictureFormat::of(&flags.out)?;
     }
     output::check(&flags.out, &inputs)
 }
 
-fn points_subject(path: &Path) -> anyhow::Result<Subject> {
-    let table = PointsTable::read(path)?;
-    let read = || {
-        let positions = table.vectors(["position_x", "position_y", "position_z"])?;
-        let normals = table.vectors(["normal_x", "normal_y", "normal_z"])?;
-        let unit = normals.into_iter().enumerate().map(|(row, normal)| {
-            normal.try_normalize().with_context(|| format!("row {}: the normal is zero", row + 1))
-        });
-        let unit: Vec<Vec3> = unit.collect::<anyhow::Result<_>>()?;
-        anyhow::Ok(positions.into_iter().zip(unit).collect())
-    };
-    let points = read().with_context(|| format!("{} is not a usable table of points", path.display()))?;
-    Ok(Subject::Points { table, points })
+fn points_subject(table: PointsTable, only_lit: bool) -> anyhow::Result<Subject> {
+    let positions = table.vectors(["position_x", "position_y", "position_z"])?;
+    let normals = table.vectors(["normal_x", "normal_y", "normal_z"])?;
+    let unit = normals.into_iter().enumerate().map(|(row, normal)| {
+        normal.try_normalize().with_context(|| format!("row {}: the normal is zero", row + 1))
+    });
+    let unit: Vec<Vec3> = unit.collect::<anyhow::Result<_>>()?;
+    Ok(Subject::Points { table, points: positions.into_iter().zip(unit).collect(), only_lit })
 }
 
 impl Subject {
@@ -153,11 +159,13 @@ impl Subject {
                 output::write_picture(&image, &flags.out, format, Some(exposure))?;
                 Ok((image.pixels.len(), samples))
             }
-            Self::Points { mut table, points } => {
+            Self::Points { mut table, points, only_lit } => {
                 let samples = flags.samples.unwrap_or(DEFAULT_SAMPLES_PER_POINT);
                 let irradiance = tracer.irradiance_of_points(&points, samples, flags.seed, console)?;
                 console.clear_progress();
                 set_irradiance(&mut table, &irradiance);
+                let is_lit = |e: &PointIrradiance| e.delta + e.area + e.sky + e.indirect != Vec3::ZERO;
+                table.retain_rows(|row| !only_lit || is_lit(&irradiance[row]));
                 output::write_text(&flags.out, &table.to_csv())?;
                 Ok((points.len(), samples))
             }

@@ -1,36 +1,50 @@
 //! Each promise that the runtime relies on, broken once.
 
-use probelight_math::glam::{Vec2, Vec3};
-use probelight_scene::Light;
+use std::sync::Arc;
 
-use super::fixture::baked_scene;
+use probelight_math::glam::{Vec2, Vec3};
+use probelight_scene::{Light, Scene};
+
+use super::fixture::baked_parts;
 use crate::packed::Ranks;
-use crate::{BakedScene, NONE};
+use crate::{BakedParts, BakedScene, NONE};
 
 /// Breaks the fixture and expects a refusal that contains `words`.
 #[track_caller]
-fn refused(words: &str, break_it: impl FnOnce(&mut BakedScene)) {
-    let mut baked = baked_scene();
-    baked.validate().expect("the fixture is valid");
-    break_it(&mut baked);
-    let reason = baked.validate().expect_err("a broken scene was accepted").to_string();
+fn refused(words: &str, break_it: impl FnOnce(&mut BakedParts)) {
+    let mut parts = baked_parts();
+    BakedScene::new(parts.clone()).expect("the fixture is valid");
+    break_it(&mut parts);
+    let reason = BakedScene::new(parts).expect_err("a broken scene was accepted").to_string();
     assert!(reason.contains(words), "{reason}");
+}
+
+fn scene(parts: &mut BakedParts) -> &mut Scene {
+    Arc::make_mut(&mut parts.scene)
 }
 
 #[test]
 fn scene_is_checked() {
-    refused("triangle 1 uses a vertex", |b| b.scene.triangles[1][2] = 4);
-    refused("material 1 uses a texture", |b| b.scene.textures.truncate(1));
-    refused("material 1 has a factor", |b| b.scene.materials[1].roughness = f32::NAN);
+    refused("triangle 1 uses a vertex", |b| scene(b).triangles[1][2] = 4);
+    refused("material 1 uses a texture", |b| scene(b).textures.truncate(1));
+    refused("material 1 has a factor", |b| scene(b).materials[1].roughness = f32::NAN);
     refused("light 0", |b| {
-        b.scene.lights[0] = Light::Point { position: Vec3::ZERO, intensity: Vec3::INFINITY };
+        scene(b).lights[0] = Light::Point { position: Vec3::ZERO, intensity: Vec3::INFINITY, range: None };
     });
-    refused("camera 0", |b| b.scene.cameras[0].vertical_fov = f32::INFINITY);
+    refused("light 1: its range", |b| {
+        if let Light::Spot { range, .. } = &mut scene(b).lights[1] {
+            *range = Some(-1.0);
+        }
+    });
+    refused("camera 0", |b| scene(b).cameras[0].vertical_fov = f32::INFINITY);
+    refused("its image is 0 × 200 pixels", |b| scene(b).cameras[0].width = 0);
+    refused("1 source triangles for 2 triangles", |b| scene(b).sources.triangles.truncate(1));
+    refused("triangle 1 comes from a source instance", |b| scene(b).sources.triangles[1].instance = 2);
 }
 
 #[test]
 fn settings_and_report_are_checked() {
-    refused("degree 33", |b| b.settings.sh_degree = 33);
+    refused("degree 12", |b| b.settings.sh_degree = 12);
     refused("sky signals of degree 9", |b| b.settings.sky_degree = Some(9));
     refused("settings", |b| b.settings.probe_spacing = f32::NAN);
     refused("settings", |b| b.settings.surfel_size = f32::INFINITY);
@@ -49,6 +63,7 @@ fn lightmap_is_checked() {
     refused("triangle 0 has the back face 3", |b| b.lightmap.back_faces[0] = 3);
     refused("triangle 1 has the back face 0", |b| b.lightmap.back_faces[1] = 0);
     refused("lit face 1 leaves", |b| b.lightmap.faces[1].corners[2].y = 6.5);
+    refused("lit face 2 leaves its page", |b| b.lightmap.faces[2].corners[0].y = 2.9);
     refused("lit face 0 leaves", |b| b.lightmap.faces[0].corners[0] = Vec2::NAN);
 }
 
@@ -72,6 +87,26 @@ fn probes_are_checked() {
     refused("5 relight rays", |b| b.relight_surfels.truncate(5));
     refused("5 gains of 6 relight rays", |b| b.relight_gains.truncate(5));
     refused("relight ray 3 meets surfel 3", |b| b.relight_surfels[3] = 3);
+}
+
+#[test]
+fn memory_of_probes_is_bounded_by_the_file() {
+    refused("16385 relight rays, at most 16384", |b| {
+        b.relight_directions = vec![Vec3::Y; 16_385];
+    });
+    // 2²² values are free, which 29,127 probes of degree 11 exceed.
+    let many = |rays: usize| {
+        move |b: &mut BakedParts| {
+            b.settings.sh_degree = 11;
+            b.probes.resize(29_128, b.probes[0]);
+            b.relight_directions.resize(rays, Vec3::Y);
+            b.relight_surfels = vec![NONE; rays * b.probes.len()];
+            b.relight_gains = vec![128; rays * b.probes.len()];
+        }
+    };
+    refused("3 relight rays are too few for 29128 probes of degree 11", many(3));
+    // Enough rays get to the next check: the clusters still have the columns of degree 1.
+    refused("cluster 1 does not start", many(18));
 }
 
 #[test]

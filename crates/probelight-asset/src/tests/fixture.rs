@@ -1,19 +1,22 @@
 //! A small baked scene, written by hand, with something in every field.
 
 use probelight_math::glam::{Vec2, Vec3, Vec4};
-use probelight_scene::{AlphaMode, Bounds, Camera, Light, Material, Scene, Texture, TextureSlot, Warning};
+use probelight_scene::{
+    AlphaMode, Bounds, Camera, Light, Material, Scene, SourceInstance, SourceTriangle, Sources, Texture,
+    TextureSlot, Warning,
+};
 
 use crate::packed::Ranks;
 use crate::{
-    BakeReport, BakeSettings, BakedScene, Cluster, Emitter, LightSample, LightmapFace, LightmapLayout,
+    BakeReport, BakeSettings, BakedParts, Cluster, Emitter, LightSample, LightmapFace, LightmapLayout,
     Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
 };
 
 /// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters, two probes, three surfels in two
 /// groups, an emitter, a sky of four signals.
-pub(super) fn baked_scene() -> BakedScene {
-    BakedScene {
-        scene: scene(),
+pub(super) fn baked_parts() -> BakedParts {
+    BakedParts {
+        scene: scene().into(),
         scene_hash: u64::MAX - 12,
         settings: settings(),
         report: report(),
@@ -71,6 +74,22 @@ fn scene() -> Scene {
             height: 200,
         }],
         warnings: vec![Warning { message: "triangles without area, left out".into(), count: 3 }],
+        sources: Sources {
+            instances: vec![
+                SourceInstance {
+                    node: 3,
+                    node_name: "Table \"é\"".into(),
+                    copy: 1,
+                    mesh: 2,
+                    ..SourceInstance::default()
+                },
+                SourceInstance { mesh_name: "lamp".into(), primitive: 4, ..SourceInstance::default() },
+            ],
+            triangles: vec![
+                SourceTriangle { instance: 1, triangle: 70_000 },
+                SourceTriangle { instance: 0, triangle: 0 },
+            ],
+        },
     }
 }
 
@@ -103,13 +122,14 @@ fn textures() -> Vec<Texture> {
 
 fn lights() -> Vec<Light> {
     vec![
-        Light::Point { position: Vec3::ONE, intensity: Vec3::new(0.1, 0.7, 3.3) },
+        Light::Point { position: Vec3::ONE, intensity: Vec3::new(0.1, 0.7, 3.3), range: None },
         Light::Spot {
             position: Vec3::Y,
             direction: Vec3::NEG_Y,
             intensity: Vec3::ONE,
             inner_angle: 0.1,
             outer_angle: 0.3,
+            range: Some(4.5),
         },
         Light::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::splat(3.0) },
     ]
@@ -132,6 +152,7 @@ fn settings() -> BakeSettings {
         probes_per_cluster: 8,
         receivers_per_cluster: 1024,
         blend_borders: true,
+        byte_price: 0.25,
         max_rank: 32,
         max_cluster_error: 0.01,
         seed: u64::MAX,

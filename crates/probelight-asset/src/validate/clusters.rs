@@ -1,9 +1,9 @@
 //! The clusters: arrays that they divide among them, matrices of finite numbers.
 
 use crate::packed::{Precision, Ranks};
-use crate::{BakedScene, Cluster};
+use crate::{BakedParts, Cluster};
 
-impl BakedScene {
+impl BakedParts {
     /// Clusters divide receivers, signals, probes, matrices and their scales among them, one after the other.
     pub(super) fn check_clusters(&self) -> Result<(), String> {
         let (signals, probes) = (self.scalar_signals(), self.probes.len());
@@ -98,7 +98,7 @@ impl ClusterEnd {
             && u64::from(cluster.first_probe) == self.probes
             && cluster.receiver_basis_offset == self.receiver_basis
             && cluster.signal_basis_offset == self.signal_basis
-            && u64::from(cluster.row_scale_offset) == self.row_scales
+            && cluster.row_scale_offset == self.row_scales
             && cluster.column_exponent_offset == self.column_exponents
     }
 

@@ -1,11 +1,18 @@
 //! Where light is evaluated and measured: samples, surfels, emitters, probes.
 
-use crate::{BakedScene, NONE};
+use crate::{BakedParts, MAX_RELIGHT_RAYS, NONE};
 
 /// How far the length of a unit vector may be from 1.
 const UNIT_TOLERANCE: f32 = 1e-3;
 
-impl BakedScene {
+/// Probes may have this many coefficients together, whatever else the file holds: 4 Mi, 50 MB of radiance.
+const FREE_COEFFICIENTS: u64 = 1 << 22;
+
+/// Beyond, each relight ray allows for this many, so that a small file cannot demand huge buffers. The bake's default
+/// has one ray for an eighth of a coefficient.
+const MAX_COEFFICIENTS_PER_RAY: u64 = 8;
+
+impl BakedParts {
     pub(super) fn check_light_samples(&self) -> Result<(), String> {
         let (texels, triangles) = (self.texel_count(), self.scene.triangles.len());
         for (s, sample) in self.light_samples.iter().enumerate() {
@@ -90,6 +97,7 @@ impl BakedScene {
 
     pub(super) fn check_relight_rays(&self) -> Result<(), String> {
         let (probes, rays, surfels) = (self.probes.len(), self.relight_directions.len(), self.surfels.len());
+        ensure!(rays <= MAX_RELIGHT_RAYS as usize, "{rays} relight rays, at most {MAX_RELIGHT_RAYS}");
         ensure!(
             probes.checked_mul(rays) == Some(self.relight_surfels.len()),
             "{} relight rays for {probes} probes with {rays} directions",
@@ -100,6 +108,13 @@ impl BakedScene {
             "{} gains of {} relight rays",
             self.relight_gains.len(),
             self.relight_surfels.len()
+        );
+        let coefficients = probes as u64 * self.coefficients() as u64;
+        let allowed = self.relight_surfels.len() as u64 * MAX_COEFFICIENTS_PER_RAY;
+        ensure!(
+            coefficients <= allowed.max(FREE_COEFFICIENTS),
+            "{rays} relight rays are too few for {probes} probes of degree {}",
+            self.settings.sh_degree
         );
         for (r, surfel) in self.relight_surfels.iter().enumerate() {
             ensure!(

@@ -2,7 +2,7 @@
 
 use probelight_math::glam::Vec2;
 
-use crate::{BakedScene, NONE};
+use crate::{BakedParts, NONE};
 
 /// Lightmaps up to this size may be empty: 4 Mi texels.
 const FREE_LIGHTMAP_TEXELS: u64 = 1 << 22;
@@ -11,7 +11,7 @@ const FREE_LIGHTMAP_TEXELS: u64 = 1 << 22;
 /// image.
 const MAX_TEXELS_PER_USED_TEXEL: u64 = 64;
 
-impl BakedScene {
+impl BakedParts {
     /// Number of lightmap texels.
     pub(super) fn texel_count(&self) -> u64 {
         u64::from(self.lightmap.width) * u64::from(self.lightmap.height)
@@ -47,10 +47,20 @@ impl BakedScene {
                 "triangle {t} has the back face {face}, which does not exist"
             );
         }
+        self.check_faces()
+    }
+
+    /// Faces lie in the lightmap, each in one page.
+    fn check_faces(&self) -> Result<(), String> {
+        let map = &self.lightmap;
         let size = Vec2::new(map.width as f32, map.height as f32);
+        let page_height = map.page_height() as f32;
         for (f, face) in map.faces.iter().enumerate() {
             let inside = |corner: &Vec2| corner.cmpge(Vec2::ZERO).all() && corner.cmple(size).all();
             ensure!(face.corners.iter().all(inside), "lit face {f} leaves the lightmap");
+            let [a, b, c] = face.corners.map(|corner| corner.y);
+            let page_top = (a.min(b).min(c) / page_height).floor() * page_height;
+            ensure!(a.max(b).max(c) <= page_top + page_height, "lit face {f} leaves its page");
         }
         Ok(())
     }

@@ -1,14 +1,15 @@
 //! What the runtime may rely on without looking: every index in range, every number finite, every matrix as
 //! large as its cluster says.
 
-use probelight_math::glam::Vec3;
-use probelight_scene::{AlphaMode, Light, Material};
+use probelight_scene::{AlphaMode, Material};
 
-use crate::{AssetError, BakeReport, BakedScene};
+use crate::{BakeReport, BakedParts};
 
-/// Highest spherical-harmonics band a file may ask for; recurrences in f32 are accurate far beyond the 7 of
-/// the paper, and tables stay small.
-const MAX_SH_DEGREE: u32 = 32;
+/// Highest spherical-harmonics band of the probes, for the bake and in files: 144 coefficients.
+pub const MAX_SH_DEGREE: u32 = 11;
+
+/// Most relight rays of a probe, for the bake and in files.
+pub const MAX_RELIGHT_RAYS: u32 = 16_384;
 
 /// Highest band of the sky's own signals: 81 signals that clusters may list.
 const MAX_SKY_DEGREE: u32 = 8;
@@ -26,14 +27,10 @@ mod clusters;
 mod light;
 mod lightmap;
 
-impl BakedScene {
-    /// Checks every promise that the runtime relies on: matching lengths, indices in range, finite numbers,
-    /// surfels and clusters that lie one after the other, a lightmap whose size fits its use.
-    ///
-    /// # Errors
-    /// [`AssetError::Invalid`], naming the first thing that is wrong.
-    pub fn validate(&self) -> Result<(), AssetError> {
-        self.scene.validate().map_err(|error| AssetError::Invalid { reason: error.to_string() })?;
+impl BakedParts {
+    /// Checks what [`BakedScene::new`](crate::BakedScene::new) promises; says what is wrong first.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        self.scene.validate().map_err(|error| error.to_string())?;
         self.check_scene_numbers()
             .and_then(|()| self.check_settings())
             .and_then(|()| self.check_lightmap())
@@ -45,20 +42,18 @@ impl BakedScene {
             .and_then(|()| self.check_relight_rays())
             .and_then(|()| self.check_clusters())
             .and_then(|()| self.check_matrices())
-            .map_err(|reason| AssetError::Invalid { reason })
     }
 
-    /// The scene's numbers that [`probelight_scene::Scene::validate`] leaves alone.
+    /// The parts of the scene that [`probelight_scene::Scene::validate`] leaves alone.
     fn check_scene_numbers(&self) -> Result<(), String> {
         for (m, material) in self.scene.materials.iter().enumerate() {
             ensure!(material_is_finite(material), "material {m} has a factor that is not finite");
         }
         for (l, light) in self.scene.lights.iter().enumerate() {
-            ensure!(light_is_finite(light), "light {l} has a number that is not finite");
+            light.validate().map_err(|unusable| format!("light {l}: {unusable}"))?;
         }
         for (c, camera) in self.scene.cameras.iter().enumerate() {
-            let finite = [camera.position, camera.target, camera.up].iter().all(|v| v.is_finite());
-            ensure!(finite && camera.vertical_fov.is_finite(), "camera {c} has a number that is not finite");
+            camera.validate().map_err(|unusable| format!("camera {c} ('{}'): {unusable}", camera.name))?;
         }
         Ok(())
     }
@@ -79,6 +74,7 @@ impl BakedScene {
             settings.probe_spacing,
             settings.surfel_size,
             settings.near_radius.unwrap_or(0.0),
+            settings.byte_price,
             settings.max_cluster_error,
         ];
         ensure!(asked.iter().all(|v| v.is_finite()), "the settings have a number that is not finite");
@@ -105,15 +101,4 @@ fn material_is_finite(material: &Material) -> bool {
     material.base_color.is_finite()
         && material.emission.is_finite()
         && scalars.iter().all(|value| value.is_finite())
-}
-
-fn light_is_finite(light: &Light) -> bool {
-    let finite = |vectors: &[Vec3]| vectors.iter().all(|v| v.is_finite());
-    match light {
-        Light::Point { position, intensity } => finite(&[*position, *intensity]),
-        Light::Spot { position, direction, intensity, inner_angle, outer_angle } => {
-            finite(&[*position, *direction, *intensity]) && (inner_angle + outer_angle).is_finite()
-        }
-        Light::Directional { direction, irradiance } => finite(&[*direction, *irradiance]),
-    }
 }

@@ -199,7 +199,8 @@ struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     fn new(from: &'a Scene) -> Self {
-        let scene = Scene { triangles: Vec::new(), triangle_material: Vec::new(), ..from.clone() };
+        let mut scene = Scene { triangles: Vec::new(), triangle_material: Vec::new(), ..from.clone() };
+        scene.sources.triangles.clear();
         Self { from, cut: CutScene { scene, seams: Vec::new() }, on_edges: HashMap::new() }
     }
 
@@ -216,15 +217,16 @@ impl<'a> Builder<'a> {
     }
 
     fn push(&mut self, triangle: usize, vertices: [u32; 3], seams: [bool; 3]) {
-        self.cut.scene.triangles.push(vertices);
-        self.cut.scene.triangle_material.push(self.from.triangle_material[triangle]);
-        self.cut.seams.push(seams);
-        if self.cut.scene.area(self.cut.scene.triangles.len() - 1) <= 0.0 {
+        let scene = &mut self.cut.scene;
+        scene.triangles.push(vertices);
+        if scene.area(scene.triangles.len() - 1) <= 0.0 {
             // Rounding its corners to f32 has left nothing of it.
-            self.cut.scene.triangles.pop();
-            self.cut.scene.triangle_material.pop();
-            self.cut.seams.pop();
+            scene.triangles.pop();
+            return;
         }
+        scene.triangle_material.push(self.from.triangle_material[triangle]);
+        scene.sources.triangles.extend(self.from.sources.triangles.get(triangle));
+        self.cut.seams.push(seams);
     }
 
     fn vertex(&mut self, triangle: usize, place: Place, inside: &mut HashMap<[u64; 2], u32>) -> u32 {

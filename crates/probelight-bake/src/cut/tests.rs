@@ -1,8 +1,8 @@
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
 use probelight_math::glam::{Vec2, Vec3, Vec4};
-use probelight_scene::{Material, Scene, load_gltf};
+use probelight_scene::{Material, Scene, SourceInstance, SourceTriangle, load_gltf};
 use proptest::prelude::*;
 
 use super::close_seams::{groups_without_seams, pairs_across_seams};
@@ -10,7 +10,7 @@ use super::{CutScene, cut_along_walls};
 
 const TEXEL: f32 = 0.1;
 
-/// Quads of their own vertices, uv0 = (x, z).
+/// Quads of their own vertices, uv0 = (x, z); each a source instance of two triangles.
 fn scene_of(quads: &[[Vec3; 4]]) -> Scene {
     let mut scene = Scene { materials: vec![Material::default()], ..Scene::default() };
     for quad in quads {
@@ -24,6 +24,9 @@ fn scene_of(quads: &[[Vec3; 4]]) -> Scene {
         }
         scene.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t: [u32; 3]| t.map(|v| v + first)));
         scene.triangle_material.extend([0, 0]);
+        let instance = scene.sources.instances.len() as u32;
+        scene.sources.instances.push(SourceInstance { node: instance, ..SourceInstance::default() });
+        scene.sources.triangles.extend([0, 1].map(|triangle| SourceTriangle { instance, triangle }));
     }
     scene.validate().unwrap();
     scene
@@ -43,6 +46,25 @@ fn floor_triangles(scene: &Scene) -> impl Iterator<Item = usize> {
     (0..scene.triangles.len()).filter(|t| {
         scene.geometric_normal(*t).y.abs() > 0.9 && scene.corners(*t).iter().all(|p| p.y.abs() < 1e-3)
     })
+}
+
+/// The largest difference between a triangle's area and that of the pieces that name it as their source, and
+/// between its plane and a piece's corner: 0 if each piece names its own triangle. Metres and m².
+fn source_error(scene: &Scene, cut: &Scene) -> f64 {
+    let mut areas: HashMap<SourceTriangle, f64> = HashMap::new();
+    let mut planes = HashMap::new();
+    for (t, source) in scene.sources.triangles.iter().enumerate() {
+        areas.insert(*source, f64::from(scene.area(t)));
+        planes.insert(*source, (scene.geometric_normal(t), scene.corners(t)[0]));
+    }
+    let mut error = 0.0f64;
+    for (t, source) in cut.sources.triangles.iter().enumerate() {
+        let (normal, origin) = planes[source];
+        *areas.get_mut(source).unwrap() -= f64::from(cut.area(t));
+        let offsets = cut.corners(t).map(|corner| f64::from(normal.dot(corner - origin).abs()));
+        error = offsets.into_iter().fold(error, f64::max);
+    }
+    areas.into_values().map(f64::abs).fold(error, f64::max)
 }
 
 /// Whether a triangle has points on both sides of x = `at`, further than `margin`.
@@ -243,6 +265,18 @@ fn a_detailed_scene_grows_little() {
     assert!((cut.scene.surface_area() / scene.surface_area() - 1.0).abs() < 1e-6);
 }
 
+#[test]
+fn pieces_keep_their_source() {
+    let scene = bundled("rooms");
+    let mut cut = cut_along_walls(&scene, TEXEL).scene;
+    assert!(cut.triangles.len() > scene.triangles.len());
+    assert_eq!(cut.sources.instances, scene.sources.instances);
+    let error = source_error(&scene, &cut);
+    assert!(error < 1e-4, "{error}");
+    cut.sources.triangles.rotate_left(1);
+    assert!(source_error(&scene, &cut) > 0.1, "the check must see a wrong source");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -261,6 +295,7 @@ proptest! {
         prop_assert_eq!((&cut.scene.triangles, &cut.seams), (&again.scene.triangles, &again.seams));
         prop_assert_eq!(&cut.scene.positions, &again.scene.positions);
         prop_assert!((cut.scene.surface_area() - scene.surface_area()).abs() < 1e-3);
+        prop_assert!(source_error(&scene, &cut.scene) < 1e-3);
         prop_assert!(floor_triangles(&cut.scene).all(|t| cut.scene.geometric_normal(t).y > 0.9));
         for (position, uv) in cut.scene.positions.iter().zip(&cut.scene.uv0) {
             prop_assert!(uv.distance(Vec2::new(position.x, position.z)) < 1e-4);

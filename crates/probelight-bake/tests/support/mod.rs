@@ -1,6 +1,8 @@
 //! Quick bakes of the bundled scenes.
 #![allow(dead_code, reason = "each test binary uses a part")]
 
+pub(crate) mod shapes;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 

@@ -8,6 +8,8 @@ fn grey(irradiance: f32) -> ReferencePoint {
         position: Vec3::ZERO,
         normal: Vec3::Y,
         kind: PointKind::Surface,
+        sampling: Sampling::ByArea,
+        triangle_area: None,
         irradiance_delta: Vec3::splat(1000.0),
         irradiance_area: Vec3::splat(0.25 * irradiance),
         irradiance_sky: Vec3::splat(0.25 * irradiance),
@@ -100,7 +102,7 @@ fn rows_without_answer_are_counted_and_left_out() {
     let errors = PointErrors::measure(&reference, &predictions, &PointSelection::default()).unwrap();
     assert_eq!((errors.answered, errors.unanswered), (1, 1));
     assert_near(errors.mean_bias, 1.0);
-    let free = PointSelection { kind: PointKind::FreeSpace, within: None };
+    let free = PointSelection { kind: PointKind::FreeSpace, ..PointSelection::default() };
     assert_eq!(PointErrors::measure(&reference, &predictions, &free).unwrap().answered, 1);
 }
 
@@ -115,6 +117,38 @@ fn a_box_restricts_the_comparison() {
     assert_eq!(largest_irradiance(&reference, &predictions, &selection).unwrap(), Some(0.5));
     assert_eq!(largest_irradiance(&reference, &predictions, &PointSelection::default()).unwrap(), Some(9.0));
     assert_eq!(largest_irradiance(&reference, &[None; 2], &selection).unwrap(), None);
+}
+
+#[test]
+fn points_on_small_triangles_are_judged_by_themselves() {
+    let mut reference = table(&[1.0, 2.0, 4.0, 8.0]);
+    for (point, area) in reference.points[1..].iter_mut().zip([0.01, 0.04, 3.0]) {
+        (point.sampling, point.triangle_area) = (Sampling::ByTriangle, Some(area));
+    }
+    let measure = |selection: PointSelection| {
+        PointErrors::measure(&reference, &greys(&[1.0, 1.0, 5.0, 0.0]), &selection).unwrap()
+    };
+    let by_area = measure(PointSelection::default());
+    assert_near(by_area.relative_rmse, 0.0);
+    assert_eq!(by_area.answered, 1);
+    let small = measure(PointSelection::small_triangles());
+    assert_near(small.relative_rmse, (2.0f64 / 20.0).sqrt());
+    let by_triangle = PointSelection { triangles_below: None, ..PointSelection::small_triangles() };
+    assert_near(measure(by_triangle).relative_rmse, (66.0f64 / 84.0).sqrt());
+}
+
+#[test]
+fn exactly_black_places_count_where_the_reference_is_surely_lit() {
+    // The second is dark in truth too, the third is almost black; the last is black, but for all its noise.
+    let mut reference = table(&[1.0, 0.01, 1.0, 1.0, 1.0]);
+    let share = |reference: &ReferencePoints| {
+        PointErrors::measure(reference, &greys(&[0.0, 0.0, 1e-6, 1.0, 0.0]), &PointSelection::default())
+            .unwrap()
+            .black_share
+    };
+    assert_eq!(share(&reference), 0.4);
+    reference.points[4].se_indirect = Vec3::ONE;
+    assert_eq!(share(&reference), 0.2);
 }
 
 #[test]

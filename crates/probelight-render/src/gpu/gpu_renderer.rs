@@ -27,7 +27,7 @@ pub struct LitScene<'a> {
     /// Irradiance per lightmap texel, W/m²; filterable.
     pub lightmap: wgpu::TextureView,
     /// Three `f32` for each signal, W·m⁻²·sr⁻¹: the scalar signals in the order of
-    /// [`BakedScene::scalar_signals`], then all coefficients of each probe.
+    /// [`scalar_signals`](probelight_asset::BakedParts::scalar_signals), then all coefficients of each probe.
     pub signals: &'a wgpu::Buffer,
     /// Sky, and the strength of emissive surfaces.
     pub lighting: &'a Lighting,

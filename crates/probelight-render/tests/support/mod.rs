@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use probelight_asset::{BakedScene, Method};
+use probelight_asset::{BakedParts, BakedScene, Method};
 use probelight_bake::{BakeOptions, bake};
 use probelight_math::glam::{Vec3, vec3};
 use probelight_render::gpu::{GpuRenderer, LitScene, PictureTarget, UploadedLight, ViewOptions};
@@ -56,13 +56,13 @@ pub(crate) fn baked_cornell() -> LitExample {
 
 /// The same with all of it made of one material.
 pub(crate) fn baked_cornell_of(material: &Material) -> LitExample {
-    let mut baked = BakedScene::clone(baked_cornell().runtime.baked());
-    baked.scene.materials.fill(material.clone());
-    lit(baked, "cornell")
+    let mut parts = BakedParts::clone(baked_cornell().runtime.baked());
+    Arc::make_mut(&mut parts.scene).materials.fill(material.clone());
+    lit(BakedScene::new(parts).unwrap(), "cornell")
 }
 
 fn lit(baked: BakedScene, name: &str) -> LitExample {
-    let mut runtime = Runtime::new(Arc::new(baked)).unwrap();
+    let mut runtime = Runtime::new(Arc::new(baked));
     runtime.set_lighting(lighting(name)).unwrap();
     runtime.converge(1e-3, 30);
     LitExample { runtime, camera: camera(name) }
@@ -78,6 +78,7 @@ fn keep_near_the_camera(scene: &mut Scene) {
     let kept: Vec<usize> = (0..scene.triangles.len()).filter(|t| is_near(*t)).collect();
     scene.triangles = kept.iter().map(|t| scene.triangles[*t]).collect();
     scene.triangle_material = kept.iter().map(|t| scene.triangle_material[*t]).collect();
+    scene.sources.triangles = kept.iter().map(|t| scene.sources.triangles[*t]).collect();
     scene.validate().unwrap();
 }
 
@@ -92,7 +93,11 @@ fn lighting(name: &str) -> Lighting {
     };
     match name {
         "cornell" => Lighting {
-            lights: vec![Light::Point { position: vec3(2.0, 4.4, 1.6), intensity: vec3(12.0, 11.0, 9.0) }],
+            lights: vec![Light::Point {
+                position: vec3(2.0, 4.4, 1.6),
+                intensity: vec3(12.0, 11.0, 9.0),
+                range: None,
+            }],
             sky: Sky::default(),
             emissive_scale: 0.1,
         },

@@ -34,7 +34,7 @@ impl ReceiverIrradiance {
     pub fn new(baked: &BakedScene) -> Self {
         Self {
             values: vec![Vec3::ZERO; baked.receiver_texels.len()],
-            borders: BlendBorders::new(baked, baked.border_blends()),
+            borders: BlendBorders::new(&baked.clusters, baked.border_blends()),
             copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..)),
             basis_end: PaddedEnd::new(
                 &baked.receiver_basis,
@@ -43,7 +43,7 @@ impl ReceiverIrradiance {
         }
     }
 
-    /// One value per receiver, in the order of [`BakedScene::receiver_texels`], W/m².
+    /// One value per receiver, in the order of [`receiver_texels`](probelight_asset::BakedParts::receiver_texels), W/m².
     pub fn values(&self) -> &[Vec3] {
         &self.values
     }
@@ -76,7 +76,7 @@ impl ReceiverIrradiance {
                 gather_cluster(basis, stride, leading(cluster.receiver_ranks, extent.rank), b, receivers);
             },
         );
-        self.borders.blend_borders(plan, &mut self.values);
+        self.borders.blend_borders(plan.clusters(), &mut self.values);
         self.copies.copy(&self.values, &mut lightmap.texels);
     }
 }

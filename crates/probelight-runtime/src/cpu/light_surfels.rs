@@ -43,7 +43,7 @@ pub struct ScalarSignals {
     /// Whether emitters carry the emission of a material.
     has_emitter: Vec<bool>,
     sky: SkyProjection,
-    /// In the order of [`BakedScene::scalar_signals`].
+    /// In the order of [`scalar_signals`](probelight_asset::BakedParts::scalar_signals).
     values: Vec<Vec3>,
     linear_from_srgb: [f32; 256],
 }
@@ -74,7 +74,7 @@ impl ScalarSignals {
         }
     }
 
-    /// All scalar signals in the order of [`BakedScene::scalar_signals`], W·m⁻²·sr⁻¹.
+    /// All scalar signals in the order of [`scalar_signals`](probelight_asset::BakedParts::scalar_signals), W·m⁻²·sr⁻¹.
     pub fn values(&self) -> &[Vec3] {
         &self.values
     }

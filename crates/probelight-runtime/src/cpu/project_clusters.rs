@@ -41,7 +41,7 @@ impl ClusterCoefficients {
         }
     }
 
-    /// One RGB row per singular value, in the order of [`BakedScene::row_scales`].
+    /// One RGB row per singular value, in the order of [`row_scales`](probelight_asset::BakedParts::row_scales).
     pub fn values(&self) -> &[[f32; 3]] {
         &self.values
     }

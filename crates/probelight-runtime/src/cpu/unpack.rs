@@ -37,7 +37,7 @@ impl Encoding for F16 {
 
     /// Sign, exponent and mantissa move to their places in an `f32`, and one multiplication corrects the
     /// exponent's bias (2¹¹², exact, also for subnormal values): vector operations that every target has.
-    /// Infinity and NaN would come out as large numbers; [`crate::Runtime::new`] refuses them.
+    /// Infinity and NaN would come out as large numbers; a valid scene has none.
     #[inline(always)]
     fn decode(words: &[u32]) -> Lanes {
         const REBIAS: f32 = f32::from_bits((127 + 112) << 23);

@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn smaller_extents_move_fewer_bytes_where_they_are_meant_to() {
-        let baked = synthetic_room(SyntheticSize::hybrid(4000));
+        let baked = BakedScene::new(synthetic_room(SyntheticSize::hybrid(4000))).unwrap();
         let full = stage_bytes(&baked, &FramePlan::full(&baked), false);
         let fewer = |extent, probe| {
             let plan = FramePlan::new(&baked, |_| extent, |_| probe);
@@ -121,7 +121,7 @@ mod tests {
 
     #[test]
     fn moving_lights_add_to_the_first_stage_alone() {
-        let baked = synthetic_room(SyntheticSize::hybrid(4000));
+        let baked = BakedScene::new(synthetic_room(SyntheticSize::hybrid(4000))).unwrap();
         let plan = FramePlan::full(&baked);
         let [still, moving] = [false, true].map(|lights_move| stage_bytes(&baked, &plan, lights_move));
         let more = Stage::ALL.map(|stage| moving[stage] > still[stage]);

@@ -157,19 +157,19 @@ pub(crate) struct ReceiverPlace {
 
 impl ReceiverPlace {
     /// The places of some receivers (indices in ascending order).
-    pub(crate) fn of(baked: &BakedScene, receivers: &[u32]) -> Vec<Self> {
+    pub(crate) fn of(clusters: &[Cluster], receivers: &[u32]) -> Vec<Self> {
         let place = |receiver: &u32| {
-            let behind = baked.clusters.partition_point(|cluster| cluster.first_receiver <= *receiver);
+            let behind = clusters.partition_point(|cluster| cluster.first_receiver <= *receiver);
             // Clusters without receivers begin where the next one does.
             let cluster = behind.saturating_sub(1);
-            Self { cluster: cluster as u32, index: receiver - baked.clusters[cluster].first_receiver }
+            Self { cluster: cluster as u32, index: receiver - clusters[cluster].first_receiver }
         };
         receivers.iter().map(place).collect()
     }
 
-    /// Whether a plan computes the receiver.
-    pub(crate) fn is_computed(self, plan: &FramePlan) -> bool {
-        self.index < plan.clusters[self.cluster as usize].receivers
+    /// Whether a frame of such extents computes the receiver.
+    pub(crate) fn is_computed(self, clusters: &[ClusterExtent]) -> bool {
+        self.index < clusters[self.cluster as usize].receivers
     }
 }
 
@@ -204,7 +204,8 @@ mod tests {
 
     fn room() -> BakedScene {
         let size = SyntheticSize { varied: true, ..SyntheticSize::hybrid(2000) };
-        synthetic_room(SyntheticSize { rays: 60, probes: 19, sh_degree: 4, ..size })
+        let room = synthetic_room(SyntheticSize { rays: 60, probes: 19, sh_degree: 4, ..size });
+        BakedScene::new(room).unwrap()
     }
 
     #[test]

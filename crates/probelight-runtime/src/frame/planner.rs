@@ -107,7 +107,7 @@ mod tests {
             let first = cluster.first_receiver as usize;
             baked.receiver_texels[first..first + cluster.receiver_count as usize].sort_by_key(level);
         }
-        baked
+        BakedScene::new(baked).unwrap()
     }
 
     fn settings() -> LodSettings {

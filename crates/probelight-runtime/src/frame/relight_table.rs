@@ -1,6 +1,6 @@
 //! The table by which radiance along the relight rays becomes spherical-harmonics coefficients, for all rays and for fewer.
 
-use probelight_asset::BakedScene;
+use probelight_asset::BakedParts;
 use probelight_math::directions::{basis_table, quadrature_weights};
 
 /// Prefixes of the rays: all of them, and each half as long as the one before.
@@ -22,7 +22,7 @@ pub(crate) struct RelightTable {
 impl RelightTable {
     /// Tabulates the basis for a scene's relight directions. The quadrature is exact for radiance within the probes'
     /// own bands, where the number of rays allows.
-    pub(crate) fn new(baked: &BakedScene) -> Self {
+    pub(crate) fn new(baked: &BakedParts) -> Self {
         let (directions, degree) = (&baked.relight_directions, baked.settings.sh_degree as usize);
         let weights_of = |rays: usize| quadrature_weights(&directions[..rays], 2 * degree);
         let of_all = if directions.is_empty() { Vec::new() } else { weights_of(directions.len()) };
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn each_prefix_has_the_weights_of_its_own_quadrature() {
-        let mut baked = BakedScene { relight_directions: progressive_sphere(61), ..BakedScene::default() };
+        let mut baked = BakedParts { relight_directions: progressive_sphere(61), ..BakedParts::default() };
         baked.settings.sh_degree = 3;
         let table = RelightTable::new(&baked);
         assert_eq!(table.weights.len(), 61 + 31 + 16 + 8);

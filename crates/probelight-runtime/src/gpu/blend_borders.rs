@@ -91,5 +91,8 @@ fn border_receivers(records: &[BorderBlend], baked: &BakedScene) -> Vec<BorderRe
             index: place.index,
         }
     };
-    BorderBlend::by_receiver(records).zip(ReceiverPlace::of(baked, &receivers)).map(record).collect()
+    BorderBlend::by_receiver(records)
+        .zip(ReceiverPlace::of(&baked.clusters, &receivers))
+        .map(record)
+        .collect()
 }

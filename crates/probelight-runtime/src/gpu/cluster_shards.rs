@@ -137,7 +137,7 @@ impl<'a> ShardArrays<'a> {
         let first = &baked.clusters[range.start];
         let next = baked.clusters.get(range.end);
         let mut arrays = Self {
-            row_scales: part(&baked.row_scales, first, next, |c| u64::from(c.row_scale_offset)),
+            row_scales: part(&baked.row_scales, first, next, |c| c.row_scale_offset),
             signal_basis: part(&baked.signal_basis, first, next, |c| c.signal_basis_offset),
             receiver_basis: part(&baked.receiver_basis, first, next, |c| c.receiver_basis_offset),
             receiver_texels: part(&baked.receiver_texels, first, next, |c| u64::from(c.first_receiver)),
@@ -162,7 +162,7 @@ impl<'a> ShardArrays<'a> {
             signal_ranks: cluster.signal_ranks,
             receiver_basis_offset: (cluster.receiver_basis_offset - first.receiver_basis_offset) as u32,
             signal_basis_offset: (cluster.signal_basis_offset - first.signal_basis_offset) as u32,
-            first_row: cluster.row_scale_offset - first.row_scale_offset,
+            first_row: (cluster.row_scale_offset - first.row_scale_offset) as u32,
             exponent_offset: (self.exponents.len() / 4) as u32,
         });
         self.push_column_signals(baked, cluster);

@@ -88,7 +88,7 @@ pub enum GpuError {
         /// The device's limit.
         limit: u32,
     },
-    /// The baked scene contradicts itself, or there is no such material or colour.
+    /// There is no such material or colour.
     #[error(transparent)]
     Input(#[from] RuntimeError),
     /// The driver or the graphics library found a mistake in what it was asked to do.

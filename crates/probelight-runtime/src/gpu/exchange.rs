@@ -12,7 +12,7 @@ use crate::IrradianceLightmap;
 
 impl GpuRuntime {
     /// Irradiance of the receivers in the last frame, W/m², in the order of
-    /// [`receiver_texels`](probelight_asset::BakedScene::receiver_texels).
+    /// [`receiver_texels`](probelight_asset::BakedParts::receiver_texels).
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
@@ -46,7 +46,7 @@ impl GpuRuntime {
     }
 
     /// The clusters' coefficients b of the last frame: one RGB row per singular value, in the order of
-    /// [`row_scales`](probelight_asset::BakedScene::row_scales).
+    /// [`row_scales`](probelight_asset::BakedParts::row_scales).
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.

@@ -32,9 +32,9 @@ pub(super) struct SignalShape {
 #[derive(Debug)]
 pub struct FrameBuffers {
     /// Three `f32` for each signal, W·m⁻²·sr⁻¹: the scalar signals in the order of
-    /// [`BakedScene::scalar_signals`], then all coefficients of each probe.
+    /// [`scalar_signals`](probelight_asset::BakedParts::scalar_signals), then all coefficients of each probe.
     pub signals: wgpu::Buffer,
-    /// Three `f32` for each receiver in the order of [`BakedScene::receiver_texels`], W/m².
+    /// Three `f32` for each receiver in the order of [`receiver_texels`](probelight_asset::BakedParts::receiver_texels), W/m².
     pub irradiance: wgpu::Buffer,
     /// Irradiance per texel of the lightmap, W/m², with [`LIGHTMAP_FORMAT`]. Texel (x, y) of level 0 is that of the
     /// CPU's [`IrradianceLightmap`](crate::IrradianceLightmap). Alpha is 1 where there is light, else 0.

@@ -25,7 +25,7 @@ use crate::Convergence;
 #[cfg(feature = "blocking")]
 use crate::convergence::relative_change;
 use crate::frame::FramePlans;
-use crate::scene_state::{SceneState, check_lighting};
+use crate::scene_state::SceneState;
 use crate::{FrameInput, FramePlan, LodSettings, RuntimeError, Stage, SurfaceColors};
 
 /// How a [`GpuRuntime`] uses the GPU.
@@ -101,7 +101,7 @@ impl GpuRuntime {
     /// shine.
     ///
     /// # Errors
-    /// If parts of the baked scene contradict each other, or the device cannot hold it. In browsers, where devices take
+    /// If the device cannot hold the scene. In browsers, where devices take
     /// time to say so, [`new_async`](Self::new_async) is needed to hear it.
     pub fn new(
         device: &wgpu::Device,
@@ -131,7 +131,6 @@ impl GpuRuntime {
         baked: Arc<BakedScene>,
         options: GpuOptions,
     ) -> Result<Self, GpuError> {
-        baked.validate().map_err(RuntimeError::from)?;
         let geometry = SceneGeometry::new(device, queue, &baked.scene)?;
         let mut shadow_maps = ShadowMaps::new(device, &geometry, options.shadow_maps)?;
         let mut storage = Storage::new(device, queue);
@@ -193,7 +192,7 @@ impl GpuRuntime {
     /// If a number of the lighting is not finite or negative where light cannot be, or the device cannot hold the shadow
     /// maps of so many lights; then the lighting stays as it was.
     pub fn set_lighting(&mut self, lighting: Lighting) -> Result<(), GpuError> {
-        check_lighting(&lighting)?;
+        lighting.validate().map_err(RuntimeError::from)?;
         self.shadow_maps.set_lights(&self.device, &self.queue, &self.geometry, &lighting.lights)?;
         Ok(self.state.set_lighting(lighting)?)
     }

@@ -111,7 +111,8 @@ fn partners() -> Partners {
             record!(BorderBlend as "BorderBlend" { receiver, neighbor, beyond }),
             record!(TexelCopy as "TexelCopy" { texel, receiver }),
             record!(LightRecord as "Light" {
-                position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count, unused,
+                position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count,
+                inverse_squared_range, unused,
             }),
             record!(LightsRecord as "Lights" { list, count, unused }),
             record!(ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),

@@ -49,8 +49,10 @@ pub struct LightRecord {
     pub cos_outer: f32, //       48
     /// How many shadow maps the light has.
     pub view_count: u32, //      52
+    /// 1 / range², 1/m²; 0 for light without end.
+    pub inverse_squared_range: f32, // 56
     /// Fills the record.
-    pub unused: [u32; 2], //     56
+    pub unused: u32, //          60
 }
 
 /// All lights as shaders read them: `Lights` in `lights.wgsl`.
@@ -135,22 +137,28 @@ fn record_without_views(light: &Light) -> LightRecord {
             intensity: irradiance.to_array(),
             ..LightRecord::default()
         },
-        Light::Point { position, intensity } => LightRecord {
+        Light::Point { position, intensity, range } => LightRecord {
             kind: POINT_LIGHT,
             position: position.to_array(),
             intensity: intensity.to_array(),
+            inverse_squared_range: inverse_square(*range),
             ..LightRecord::default()
         },
-        Light::Spot { position, direction, intensity, inner_angle, outer_angle } => LightRecord {
+        Light::Spot { position, direction, intensity, inner_angle, outer_angle, range } => LightRecord {
             kind: SPOT_LIGHT,
             position: position.to_array(),
             direction: direction.to_array(),
             intensity: intensity.to_array(),
             cone_scale: 1.0 / (inner_angle.cos() - outer_angle.cos()).max(0.001),
             cos_outer: outer_angle.cos(),
+            inverse_squared_range: inverse_square(*range),
             ..LightRecord::default()
         },
     }
+}
+
+fn inverse_square(range: Option<f32>) -> f32 {
+    range.map_or(0.0, |range| 1.0 / (range * range))
 }
 
 /// Parallel views along `direction` (unit), row by row, whose shares tile a square around the scene's box.
@@ -241,7 +249,7 @@ mod tests {
     fn shares_of_a_light_cover_the_scene_once() {
         let lights = [
             Light::Directional { direction: Vec3::new(0.3, -0.8, 0.1).normalize(), irradiance: Vec3::ONE },
-            Light::Point { position: Vec3::new(1.0, 2.0, 3.0), intensity: Vec3::ONE },
+            Light::Point { position: Vec3::new(1.0, 2.0, 3.0), intensity: Vec3::ONE, range: None },
         ];
         let mut rng = Rng::new(1, 0);
         for light in lights {
@@ -281,6 +289,7 @@ mod tests {
             intensity: Vec3::ONE,
             inner_angle: 0.3,
             outer_angle: 0.7,
+            range: None,
         };
         let (records, views) = light_records(&[spot], &bounds(), RESOLUTION);
         assert_eq!((records[0].view_count, views.len()), (1, 1));
@@ -301,6 +310,7 @@ mod tests {
             intensity: Vec3::ONE,
             inner_angle: 0.0,
             outer_angle,
+            range: None,
         };
         assert_eq!([view_count(&[spot(1.0)]), view_count(&[spot(1.5)])], [1, 6]);
     }

@@ -45,9 +45,12 @@ fn gathered(receiver: u32) -> vec3f {
 
 /// What the cluster across the border would say.
 fn continued(record: BorderBlend) -> vec3f {
+    let own = gathered(record.receiver);
     let neighbor = gathered(record.neighbor);
+    let beyond = gathered(record.beyond);
     let steepest = STEEPEST_SLOPE * abs(neighbor);
-    return neighbor + clamp(neighbor - gathered(record.beyond), -steepest, steepest);
+    let continued = neighbor + clamp(neighbor - beyond, -steepest, steepest);
+    return clamp(continued, min(min(neighbor, beyond), own), max(max(neighbor, beyond), own));
 }
 
 @compute @workgroup_size(64)

@@ -24,7 +24,9 @@ struct Light {
     cos_outer: f32,
     // How many shadow maps the light has.
     view_count: u32,
-    unused: vec2u,
+    // 1 / range², 1/m²; 0 for light without end.
+    inverse_squared_range: f32,
+    unused: u32,
 }
 
 struct Lights {
@@ -52,10 +54,12 @@ fn illuminate(light: Light, position: vec3f) -> Illumination {
         return Illumination(vec3f(0.0, 1.0, 0.0), vec3f(0.0));
     }
     let to_light = offset * inverseSqrt(squared);
-    var attenuation = 1.0;
+    // Light of a range ends there: the window of KHR_lights_punctual.
+    let share = squared * light.inverse_squared_range;
+    var attenuation = max(1.0 - share * share, 0.0);
     if light.kind == SPOT_LIGHT {
         let falloff = saturate((dot(light.direction, -to_light) - light.cos_outer) * light.cone_scale);
-        attenuation = falloff * falloff;
+        attenuation *= falloff * falloff;
     }
     return Illumination(to_light, light.intensity * (attenuation / squared));
 }

@@ -3,8 +3,12 @@
 
 pub(crate) mod slow_frame;
 
+use std::sync::Arc;
+
 use probelight_asset::packed::{Precision, Ranks};
-use probelight_asset::{BakedScene, GAIN_STEPS, LightSample, LightmapFace, LightmapLayout, NONE, Surfel};
+use probelight_asset::{
+    BakedParts, BakedScene, GAIN_STEPS, LightSample, LightmapFace, LightmapLayout, NONE, Surfel,
+};
 use probelight_math::glam::{DVec3, Vec3};
 use probelight_math::sampling::Rng;
 use probelight_math::sh::Y00;
@@ -108,9 +112,15 @@ pub(crate) const SMALL_PAPER: Size = Size {
     ..SMALL
 };
 
+/// Parts that must be valid.
+#[track_caller]
+pub(crate) fn checked(parts: BakedParts) -> Arc<BakedScene> {
+    Arc::new(BakedScene::new(parts).unwrap())
+}
+
 /// One probe whose rays all see `sample`, or else the sky, and one receiver per gain, side by side in the
 /// lightmap: E of receiver i is `gains[i]` times the probe's mean radiance.
-pub(crate) fn single_probe(scene: Scene, sample: Option<LightSample>, gains: &[f32]) -> BakedScene {
+pub(crate) fn single_probe(scene: Scene, sample: Option<LightSample>, gains: &[f32]) -> BakedParts {
     let size = Size {
         clusters: 1,
         receivers_per_cluster: gains.len(),
@@ -137,7 +147,7 @@ pub(crate) fn single_probe(scene: Scene, sample: Option<LightSample>, gains: &[f
     baked.light_samples = sample.into_iter().collect();
     baked.relight_surfels = vec![if sample.is_some() { 0 } else { NONE }; size.rays];
     baked.relight_gains = vec![GAIN_STEPS; size.rays];
-    baked.scene = scene;
+    baked.scene = scene.into();
     let columns = baked.column_count(&baked.clusters[0]);
     baked.column_exponents = vec![0; columns];
     baked.row_scales = vec![Y00];

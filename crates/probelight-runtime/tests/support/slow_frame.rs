@@ -1,5 +1,7 @@
 //! A frame in the plainest form: double precision, one value at a time, straight from the equations.
 
+use std::sync::Arc;
+
 use probelight_asset::{BakedScene, Cluster, GAIN_STEPS, LightSample, NONE};
 use probelight_math::color::linear_from_srgb8;
 use probelight_math::directions::{quadrature_weights, spherical_fibonacci};
@@ -96,9 +98,11 @@ fn blend_borders(baked: &BakedScene, plan: &FramePlan, gathered: &[DVec3]) -> Ve
     }
     for blend in baked.border_blends().iter().filter(|blend| is_computed[blend.receiver as usize]) {
         let [neighbor, beyond] = [blend.neighbor, blend.beyond].map(|i| gathered[i as usize]);
+        let own = gathered[blend.receiver as usize];
         let steepest = 0.25 * neighbor.abs();
+        let continued = neighbor + (neighbor - beyond).max(-steepest).min(steepest);
         let (sum, weight) = &mut sums[blend.receiver as usize];
-        *sum += neighbor + (neighbor - beyond).max(-steepest).min(steepest);
+        *sum += continued.max(neighbor.min(beyond).min(own)).min(neighbor.max(beyond).max(own));
         *weight += 1.0;
     }
     sums.into_iter().map(|(sum, weight)| sum / weight).collect()
@@ -110,7 +114,7 @@ fn signals(
     colors: &[SurfaceColors],
     feedback: &[DVec3],
 ) -> Vec<DVec3> {
-    let tracer = Tracer::new(baked.scene.clone().into());
+    let tracer = Tracer::new(Arc::clone(&baked.scene));
     let mut signals = Vec::new();
     for surfel in &baked.surfels {
         let samples = &baked.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize];

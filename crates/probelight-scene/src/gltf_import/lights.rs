@@ -7,6 +7,10 @@ use probelight_math::glam::{Mat4, Vec3};
 use super::Warnings;
 use crate::{Camera, Light};
 
+/// Distance of a camera's target, as a share of its distance from the origin: rounding turns the view by less than
+/// a ten-thousandth.
+const TARGET_SHARE: f32 = 1e-3;
+
 /// Image height of cameras, which have no resolution in glTF, pixels.
 const CAMERA_HEIGHT: u32 = 512;
 
@@ -23,8 +27,9 @@ pub(super) fn light_at_node(
         warnings.add("lights whose colour or intensity is negative or not finite, left out", 1);
         return None;
     }
+    let range = usable_range(light.range(), warnings);
     let imported = match light.kind() {
-        Kind::Point => Some(Light::Point { position, intensity: strength }),
+        Kind::Point => Some(Light::Point { position, intensity: strength, range }),
         Kind::Directional => {
             direction.map(|direction| Light::Directional { direction, irradiance: strength })
         }
@@ -36,13 +41,26 @@ pub(super) fn light_at_node(
                 intensity: strength,
                 inner_angle: inner_cone_angle.clamp(0.0, outer_angle),
                 outer_angle,
+                range,
             }
         }),
     };
-    if imported.is_none() {
-        warnings.add("lights without a direction, left out", 1);
-    }
+    let imported = imported.filter(|light| light.validate().is_ok());
+    warnings.add(
+        "lights without a direction or with a number that is not finite, left out",
+        usize::from(imported.is_none()),
+    );
     imported
+}
+
+/// A light's range, metres; the scale of nodes does not change it. Like viewers, takes 0 as none.
+fn usable_range(range: Option<f32>, warnings: &mut Warnings) -> Option<f32> {
+    let usable = range.filter(|range| *range > 0.0 && range.is_finite());
+    warnings.add(
+        "lights with a range of 0, negative or not finite, taken as without range",
+        usize::from(usable.is_none() && range.is_some()),
+    );
+    usable
 }
 
 /// A perspective camera at a node, or `None` if it cannot be used.
@@ -60,12 +78,20 @@ pub(super) fn camera_at_node(
     let position = world_from_node.w_axis.truncate();
     let forward = world_from_node.transform_vector3(Vec3::NEG_Z).try_normalize();
     let up = world_from_node.transform_vector3(Vec3::Y).try_normalize();
-    let field_of_view = Some(lens.yfov()).filter(|angle| *angle > 0.0 && *angle < std::f32::consts::PI);
-    let (Some(forward), Some(up), Some(vertical_fov)) = (forward, up, field_of_view) else {
-        warnings.add("cameras without a direction or with an impossible field of view, left out", 1);
-        return None;
-    };
     let width = (CAMERA_HEIGHT as f32 * aspect).round().clamp(1.0, 16.0 * CAMERA_HEIGHT as f32) as u32;
-    let target = position + forward;
-    Some(Camera { name: name.into(), position, target, up, vertical_fov, width, height: CAMERA_HEIGHT })
+    let camera = Camera {
+        name: name.into(),
+        position,
+        target: position + forward.unwrap_or_default() * (TARGET_SHARE * position.length()).max(1.0),
+        up: up.unwrap_or_default(),
+        vertical_fov: lens.yfov(),
+        width,
+        height: CAMERA_HEIGHT,
+    };
+    let unusable = camera.validate().err();
+    warnings.add(
+        "cameras without a direction or with an impossible field of view, left out",
+        usize::from(unusable.is_some()),
+    );
+    unusable.is_none().then_some(camera)
 }

@@ -12,7 +12,7 @@ use super::resources::Resources;
 use super::tangents::arbitrary_tangent;
 use super::topology::{MAX_TRIANGLES, claimed_triangles};
 use super::{Reason, Warnings};
-use crate::Scene;
+use crate::{Scene, SourceInstance, SourceTriangle};
 
 /// Collects world-space triangles, lights and cameras of the default scene, in the order of its tree; of all
 /// root nodes if there is no scene.
@@ -111,6 +111,14 @@ impl Flattener<'_> {
             self.meshes.insert(mesh.index(), primitives);
         }
         for primitive in &self.meshes[&mesh.index()] {
+            self.scene.sources.instances.push(SourceInstance {
+                node: node.index() as u32,
+                node_name: node.name().unwrap_or_default().into(),
+                copy: 0,
+                mesh: mesh.index() as u32,
+                mesh_name: mesh.name().unwrap_or_default().into(),
+                primitive: primitive.index,
+            });
             append_instance(&mut self.scene, primitive, world_from_node, self.warnings)
                 .map_err(|reason| format!("nodes[{}]: {reason}", node.index()))?;
         }
@@ -138,7 +146,7 @@ impl Flattener<'_> {
     }
 }
 
-/// Appends a primitive in world space. Under a mirroring transform triangles are wound the other way round, so
+/// Appends a primitive in world space, as triangles of the last source instance. Under a mirroring transform triangles are wound the other way round, so
 /// that their front face stays the front face.
 fn append_instance(
     scene: &mut Scene,
@@ -173,12 +181,14 @@ fn append_instance(
         scene.uv1.extend(&primitive.uv1);
     }
 
+    let instance = scene.sources.instances.len() as u32 - 1;
     let mut without_area = 0;
-    for [a, b, c] in &primitive.triangles {
+    for (triangle, [a, b, c]) in primitive.triangles.iter().enumerate() {
         let corners = if mirror < 0.0 { [a, c, b] } else { [a, b, c] };
         scene.triangles.push(corners.map(|v| first + v));
         if scene.area(scene.triangles.len() - 1) > 0.0 {
             scene.triangle_material.push(primitive.material);
+            scene.sources.triangles.push(SourceTriangle { instance, triangle: triangle as u32 });
         } else {
             scene.triangles.pop();
             without_area += 1;

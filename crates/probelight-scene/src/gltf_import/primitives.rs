@@ -21,6 +21,8 @@ pub(super) struct Primitive {
     pub(super) uv1: Vec<Vec2>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) material: u32,
+    /// Its index in the mesh.
+    pub(super) index: u32,
 }
 
 impl Primitive {
@@ -101,8 +103,12 @@ pub(super) fn import_primitive(
     // Flat normals need vertices that no two triangles share.
     let (vertices, triangles) =
         if attributes.normals.is_some() { compact(&triangles) } else { unshared(&triangles) };
-    let mut primitive =
-        Primitive { triangles, material: materials.index_of(&source.material()), ..Primitive::default() };
+    let mut primitive = Primitive {
+        triangles,
+        material: materials.index_of(&source.material()),
+        index: source.index() as u32,
+        ..Primitive::default()
+    };
     read_positions(&mut primitive, &vertices, &attributes.positions)?;
     read_normals(&mut primitive, &vertices, attributes.normals.as_ref(), warnings);
     read_uvs(&mut primitive, &vertices, &attributes.uvs, materials, warnings);

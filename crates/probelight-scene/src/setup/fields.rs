@@ -75,12 +75,10 @@ impl<'a> Field<'a> {
         Err(self.mismatch(&format!("a number from {smallest} to {largest}")))
     }
 
-    /// A whole number in `1..=largest`.
-    pub(super) fn count(&self, largest: u32) -> Result<u32, String> {
+    /// A whole number that is not negative.
+    pub(super) fn count(&self) -> Result<u32, String> {
         let count = self.value.as_u64().and_then(|count| u32::try_from(count).ok());
-        count
-            .filter(|count| (1..=largest).contains(count))
-            .ok_or_else(|| self.mismatch(&format!("a whole number from 1 to {largest}")))
+        count.ok_or_else(|| self.mismatch("a whole number"))
     }
 
     /// Three finite numbers.

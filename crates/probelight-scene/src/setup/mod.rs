@@ -29,7 +29,7 @@ impl Setup {
     /// ```json
     /// { "version": 1, "name": "evening", "scene": "room.glb", "use_emissive": true, "emissive_scale": 1.0,
     ///   "lights": [
-    ///     {"type": "point", "position": [0, 2, 0], "intensity": [9, 8, 7]},
+    ///     {"type": "point", "position": [0, 2, 0], "intensity": [9, 8, 7], "range": 6},
     ///     {"type": "spot", "position": [0, 2, 0], "direction": [0, -1, 0], "intensity": [9, 8, 7],
     ///      "inner_deg": 15, "outer_deg": 25},
     ///     {"type": "directional", "direction": [1, -2, 0], "irradiance": [9, 8, 7]},
@@ -42,7 +42,8 @@ impl Setup {
     ///
     /// Intensities are in W/sr, irradiance in W/m², radiance in W·m⁻²·sr⁻¹; spot angles are half angles.
     /// A directional light's `direction` is the way its light travels. Instead of `radiance` a sky may have
-    /// `zenith`, `horizon` and `ground`. `emissive_scale` and `eval_bounds` may be left out.
+    /// `zenith`, `horizon` and `ground`. Point and spot lights may have a `range` in metres, where their light ends as
+    /// `KHR_lights_punctual` defines it. `range`, `emissive_scale` and `eval_bounds` may be left out.
     ///
     /// # Errors
     /// [`SceneError::Read`] if the file cannot be read; [`SceneError::Setup`], with the path of the field

@@ -7,9 +7,6 @@ use super::Setup;
 use super::fields::{Field, Object};
 use crate::{Bounds, Camera, Light, Lighting, Sky};
 
-/// Largest image side of a camera, pixels.
-const MAX_IMAGE_SIDE: u32 = 16_384;
-
 /// Reads a setup from its JSON text.
 pub(super) fn parse(text: &str) -> Result<Setup, String> {
     let document: Value = serde_json::from_str(text).map_err(|error| format!("it is not JSON ({error})"))?;
@@ -68,26 +65,30 @@ fn light_or_sky(field: &Field<'_>) -> Result<LightOrSky, String> {
     let light = field.object()?;
     let kind = light.required("type")?;
     let parsed = match kind.text()? {
-        "point" => LightOrSky::Light(point_light(&light)?),
-        "spot" => LightOrSky::Light(spot_light(&light)?),
-        "directional" => LightOrSky::Light(directional_light(&light)?),
-        "sky" => LightOrSky::Sky(sky(&light)?),
+        "point" => point_light(&light)?,
+        "spot" => spot_light(&light)?,
+        "directional" => directional_light(&light)?,
+        "sky" => return Ok(LightOrSky::Sky(sky(&light)?)),
         other => {
             let reason = format!("\"{other}\" is no type of light; allowed: point, spot, directional, sky");
             return Err(kind.error(reason));
         }
     };
-    Ok(parsed)
+    parsed.validate().map_err(|unusable| field.error(unusable))?;
+    Ok(LightOrSky::Light(parsed))
 }
 
 fn point_light(light: &Object<'_>) -> Result<Light, String> {
-    light.allow_only(&["type", "position", "intensity"])?;
-    let position = light.required("position")?.vector()?;
-    Ok(Light::Point { position, intensity: light.required("intensity")?.color()? })
+    light.allow_only(&["type", "position", "intensity", "range"])?;
+    Ok(Light::Point {
+        position: light.required("position")?.vector()?,
+        intensity: light.required("intensity")?.color()?,
+        range: range(light)?,
+    })
 }
 
 fn spot_light(light: &Object<'_>) -> Result<Light, String> {
-    light.allow_only(&["type", "position", "direction", "intensity", "inner_deg", "outer_deg"])?;
+    light.allow_only(&["type", "position", "direction", "intensity", "inner_deg", "outer_deg", "range"])?;
     let outer_degrees = light.required("outer_deg")?.number_within(0.0, 180.0)?;
     let inner_degrees = light.required("inner_deg")?.number_within(0.0, outer_degrees)?;
     Ok(Light::Spot {
@@ -96,7 +97,13 @@ fn spot_light(light: &Object<'_>) -> Result<Light, String> {
         intensity: light.required("intensity")?.color()?,
         inner_angle: inner_degrees.to_radians(),
         outer_angle: outer_degrees.to_radians(),
+        range: range(light)?,
     })
+}
+
+/// Where the light of a lamp ends, metres, if it does.
+fn range(light: &Object<'_>) -> Result<Option<f32>, String> {
+    light.optional("range").map(|field| field.number()).transpose()
 }
 
 fn directional_light(light: &Object<'_>) -> Result<Light, String> {
@@ -141,16 +148,11 @@ fn camera(field: &Field<'_>) -> Result<Camera, String> {
         position: members.required("position")?.vector()?,
         target: members.required("target")?.vector()?,
         up: members.required("up")?.direction()?,
-        vertical_fov: members.required("vfov_deg")?.number_within(0.01, 179.0)?.to_radians(),
-        width: members.required("width")?.count(MAX_IMAGE_SIDE)?,
-        height: members.required("height")?.count(MAX_IMAGE_SIDE)?,
+        vertical_fov: members.required("vfov_deg")?.number()?.to_radians(),
+        width: members.required("width")?.count()?,
+        height: members.required("height")?.count()?,
     };
-    let Some(forward) = (camera.target - camera.position).try_normalize() else {
-        return Err(field.error("position and target are the same point"));
-    };
-    if forward.cross(camera.up).length() < 1e-4 {
-        return Err(field.error("up is parallel to the view direction"));
-    }
+    camera.validate().map_err(|unusable| field.error(unusable))?;
     Ok(camera)
 }
 

@@ -176,7 +176,7 @@ mod tests {
     const DIAGONAL: f32 = 20.0;
 
     fn lamp() -> Light {
-        Light::Point { position: Vec3::new(1.0, 2.0, 3.0), intensity: Vec3::ONE }
+        Light::Point { position: Vec3::new(1.0, 2.0, 3.0), intensity: Vec3::ONE, range: None }
     }
 
     fn sun() -> Light {
@@ -267,6 +267,7 @@ mod tests {
             intensity: Vec3::ONE,
             inner_angle: 0.2,
             outer_angle: 0.4,
+            range: None,
         };
         let held = [Motion::LightForward, Motion::LightTurnsUp];
         let state = after(&viewer(vec![spot]), &held, 1.0);

@@ -1,0 +1,67 @@
+//! Where in the lightmap the light of each triangle lies.
+
+use bytemuck::{Pod, Zeroable};
+use probelight_math::glam::Vec2;
+
+/// Where the light of each triangle lies in the lightmap.
+///
+/// The lightmap is a stack of pages, layers of `width × page_height` texels. Texel (x, y) of page p has the index
+/// `(p · page_height + y) · width + x` and its centre at (x + ½, y + ½). As the pages lie one behind the other, they are
+/// also one image of `width × height` texels; corners of faces are in its coordinates. No face reaches from one page
+/// to another.
+#[derive(Clone, Debug, Default)]
+pub struct LightmapLayout {
+    /// Width, texels.
+    pub width: u32,
+    /// Height of all pages together, texels.
+    pub height: u32,
+    /// Number of pages.
+    pub pages: u32,
+    /// Lightmap faces: the front face of triangle t is `faces[t]`, which may be [unlit](LightmapFace::is_lit);
+    /// back faces with light of their own follow.
+    pub faces: Vec<LightmapFace>,
+    /// Per triangle the index of its back face in `faces`, or [`crate::NONE`].
+    pub back_faces: Vec<u32>,
+    /// Texels without a receiver that bilinear lookups touch: (texel, texel to copy from), the source always
+    /// a receiver of the same chart.
+    pub dilation: Vec<[u32; 2]>,
+}
+
+/// Lightmap coordinates of a triangle's three corners, in texels of the image of all pages.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct LightmapFace {
+    /// Corner coordinates, in the order of the triangle's corners.
+    pub corners: [Vec2; 3],
+}
+
+impl LightmapLayout {
+    /// Height of each page, texels.
+    pub fn page_height(&self) -> u32 {
+        self.height / self.pages.max(1)
+    }
+
+    /// Where the light of one side of a triangle lies, texels, at barycentric weights of its second and third
+    /// corner; `None` if that side has no light of its own.
+    #[inline]
+    pub fn position(&self, triangle: u32, is_back_face: bool, barycentric: Vec2) -> Option<Vec2> {
+        let face = if is_back_face { *self.back_faces.get(triangle as usize)? } else { triangle };
+        let face = self.faces.get(face as usize)?;
+        face.is_lit().then(|| face.position(barycentric))
+    }
+}
+
+impl LightmapFace {
+    /// Whether the face has light of its own. The corners of unlit faces (the insides of solids) are all zero.
+    #[inline]
+    pub fn is_lit(&self) -> bool {
+        self.corners != [Vec2::ZERO; 3]
+    }
+
+    /// Lightmap position at barycentric weights of the second and third corner, texels.
+    #[inline]
+    pub fn position(&self, barycentric: Vec2) -> Vec2 {
+        let [a, b, c] = self.corners;
+        a + (b - a) * barycentric.x + (c - a) * barycentric.y
+    }
+}

@@ -1,0 +1,246 @@
+//! Open air: which places light can reach, and how far they see.
+//!
+//! Light meets both sides of every surface, but the insides of closed solids are never seen and must not cost
+//! receivers or probes. Whether a material is double-sided does not tell, since whole scenes are exported so, and a
+//! solid's inside may show the front of whatever else is buried in it. So the scene's empty voxels near surfaces
+//! are surveyed once, each with one set of rays. Those that do not look like the inside of a solid are open air. All
+//! else follows from them:
+//!
+//! - a point of a surface is *open* if it is in sight of open air, or if light finds a way to it over other surfaces;
+//! - a side of a triangle is lit if any point of it is open ([`LitSides`]);
+//! - points of texels are open ones only ([`crate::receivers`]);
+//! - probes are put where most of what is seen is lit ([`crate::probes`]).
+
+mod sides;
+
+use probelight_math::directions::spherical_fibonacci;
+use probelight_math::glam::Vec3;
+use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
+use probelight_scene::Warning;
+use probelight_trace::{Hit, Progress, Ray, Tracer};
+use rayon::prelude::*;
+
+use crate::BakeError;
+use crate::point_grid::PointGrid;
+use crate::voxels::VoxelGrid;
+
+pub(crate) use sides::LitSides;
+
+/// Rays around a place.
+const PLACE_RAYS: usize = 128;
+
+/// Share of a place's rays that may meet back faces of single-sided materials before an enclosed place counts as the
+/// inside of a solid.
+const MAX_BACK_SHARE: f32 = 0.25;
+
+/// Share of a place's rays that may meet unlit sides before it is no place to measure light.
+const MAX_UNLIT_SHARE: f32 = 0.2;
+
+/// Places in open air tried for sight of a point, nearest first.
+const PLACES_TRIED: usize = 12;
+
+/// Smallest cosine between a point's normal and a place that counts as seen: what comes in flatter is a share of
+/// 0.0025, its square, of all light at most.
+const SMALLEST_COSINE: f32 = 0.05;
+
+/// Walks on which light is looked for from a point out of sight of open air, and surfaces that each visits. A point
+/// that hardly any of them leads to light gets a few percent of what there is at most.
+const WALKS: u32 = 16;
+const STEPS_PER_WALK: u32 = 3;
+const FEWEST_LIT_WALKS: u32 = 2;
+
+/// If that many walks all end at once, inside a solid, the others would too.
+const FIRST_WALKS: u32 = 4;
+
+/// Share of the places within the scene's bounds that may be inside solids before it is likely that the scene is a
+/// room turned inside out.
+const MAX_SOLID_SHARE: f32 = 0.5;
+
+/// An empty place near surfaces, and what it sees.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Survey {
+    /// Metres.
+    pub(crate) position: Vec3,
+    /// Share of its rays that meet back faces of single-sided materials.
+    back_share: f32,
+    /// Median distance to what it sees, metres; infinite if it mostly sees the sky.
+    pub(crate) free_distance: f32,
+    /// Distance to the nearest surface that it sees, metres.
+    pub(crate) clearance: f32,
+    /// Whether it is connected to the outside of the scene's bounds.
+    is_outside: bool,
+}
+
+impl Survey {
+    fn of(tracer: &Tracer, position: Vec3, is_outside: bool) -> Self {
+        let hits: Vec<Option<Hit>> = rays_around(position).map(|ray| tracer.closest_hit(&ray)).collect();
+        let is_solid = |hit: &&Hit| is_inside_of_solid(tracer, hit);
+        let backs = hits.iter().flatten().filter(is_solid).count();
+        let mut distances: Vec<f32> =
+            hits.iter().map(|hit| hit.map_or(f32::INFINITY, |hit| hit.distance)).collect();
+        distances.sort_by(f32::total_cmp);
+        Self {
+            position,
+            back_share: backs as f32 / PLACE_RAYS as f32,
+            free_distance: distances[PLACE_RAYS / 2],
+            clearance: distances[0],
+            is_outside,
+        }
+    }
+
+    fn is_open(&self) -> bool {
+        self.is_outside || self.back_share <= MAX_BACK_SHARE
+    }
+}
+
+fn rays_around(position: Vec3) -> impl Iterator<Item = Ray> {
+    (0..PLACE_RAYS).map(move |ray| Ray::new(position, spherical_fibonacci(ray, PLACE_RAYS)))
+}
+
+/// Whether a hit looks like the inside of a solid.
+fn is_inside_of_solid(tracer: &Tracer, hit: &Hit) -> bool {
+    hit.is_back_face && !tracer.scene().material(hit.triangle as usize).double_sided
+}
+
+/// A point of a surface, moved off it, and the surface's unit normal there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outpost {
+    pub(crate) origin: Vec3,
+    pub(crate) normal: Vec3,
+}
+
+impl Outpost {
+    /// The end of a ray.
+    fn at_end(tracer: &Tracer, ray: &Ray, hit: &Hit) -> Self {
+        let position = ray.origin + ray.direction * hit.distance;
+        Self { origin: position + hit.normal * tracer.offset(), normal: hit.normal }
+    }
+}
+
+/// Where a walk from a point leads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum WalkEnd {
+    Light,
+    /// At the first step: the inside of a solid.
+    Solid,
+    Nowhere,
+}
+
+/// The surveyed air of a scene.
+pub(crate) struct Air<'a> {
+    tracer: &'a Tracer,
+    /// Edge of the voxels, metres: the width of the narrowest space that is found.
+    voxel: f32,
+    surveys: Vec<Survey>,
+    open: PointGrid,
+}
+
+impl<'a> Air<'a> {
+    /// Surveys the empty voxels within `reach` voxels of a surface.
+    pub(crate) fn survey(
+        tracer: &'a Tracer,
+        voxel: f32,
+        reach: u32,
+        progress: &dyn Progress,
+    ) -> Result<Self, BakeError> {
+        let places = VoxelGrid::new(tracer.scene(), voxel).empty_near_surfaces(reach);
+        progress.begin("surveying the air", places.len() as u64);
+        let look = |(position, is_outside): &(Vec3, bool)| {
+            progress.advance(1);
+            (!progress.is_cancelled()).then(|| Survey::of(tracer, *position, *is_outside))
+        };
+        let surveys: Option<Vec<Survey>> = places.par_iter().map(look).collect();
+        let surveys = surveys.ok_or(BakeError::Cancelled)?;
+        let open: Vec<Vec3> =
+            surveys.iter().filter(|survey| survey.is_open()).map(|survey| survey.position).collect();
+        Ok(Self { tracer, voxel, surveys, open: PointGrid::of(&open) })
+    }
+
+    /// The tracer of the scene.
+    pub(crate) fn tracer(&self) -> &'a Tracer {
+        self.tracer
+    }
+
+    /// Places that see surfaces, most of them lit: where light may be measured.
+    pub(crate) fn places_for_probes(&self, lit_sides: &LitSides) -> Vec<Survey> {
+        let sees_light = |survey: &&Survey| {
+            // Few back faces, few unlit sides: fronts that are unlit are buried.
+            survey.back_share <= MAX_UNLIT_SHARE || self.unlit_share(survey, lit_sides) <= MAX_UNLIT_SHARE
+        };
+        let sees_surface = |survey: &&Survey| survey.clearance.is_finite();
+        self.surveys.par_iter().filter(sees_surface).filter(sees_light).copied().collect()
+    }
+
+    fn unlit_share(&self, survey: &Survey, lit_sides: &LitSides) -> f32 {
+        let meets_unlit = |ray: &Ray| self.tracer.closest_hit(ray).is_some_and(|hit| !lit_sides.is_lit(&hit));
+        rays_around(survey.position).filter(meets_unlit).count() as f32 / PLACE_RAYS as f32
+    }
+
+    /// Whether a point of a surface is in sight of open air, at once or by way of other surfaces.
+    pub(crate) fn is_open(&self, point: &Outpost, seed: u32) -> bool {
+        self.sees(point) || self.finds_light(point, seed)
+    }
+
+    /// Whether a point of a surface is in sight of open air.
+    pub(crate) fn sees(&self, point: &Outpost) -> bool {
+        let near = self.open.nearest(point.origin, PLACES_TRIED);
+        near.into_iter().map(|place| self.open.positions[place as usize]).any(|place| {
+            let offset = place - point.origin;
+            offset.dot(point.normal) >= SMALLEST_COSINE * offset.length()
+                && self.tracer.is_visible(point.origin, place)
+        })
+    }
+
+    /// Whether a walk over surfaces leads from a point to the sky, to an emissive face or into sight of open air.
+    fn finds_light(&self, point: &Outpost, seed: u32) -> bool {
+        let (mut in_solid, mut lit) = (0, 0);
+        for walk in 0..WALKS {
+            match self.walk(point, walk, seed) {
+                WalkEnd::Light => lit += 1,
+                WalkEnd::Solid => in_solid += 1,
+                WalkEnd::Nowhere => {}
+            }
+            if lit == FEWEST_LIT_WALKS {
+                return true;
+            }
+            if in_solid == FIRST_WALKS && walk + 1 == FIRST_WALKS {
+                return false;
+            }
+        }
+        false
+    }
+
+    fn walk(&self, start: &Outpost, walk: u32, seed: u32) -> WalkEnd {
+        let mut at = *start;
+        for step in 0..STEPS_PER_WALK {
+            let local = cosine_hemisphere_from_square(sobol_owen(walk, hash_pair(seed, step)));
+            let ray = Ray::new(at.origin, world_from_tangent(at.normal) * local);
+            let Some(hit) = self.tracer.closest_hit(&ray) else { return WalkEnd::Light };
+            if is_inside_of_solid(self.tracer, &hit) {
+                return if step == 0 { WalkEnd::Solid } else { WalkEnd::Nowhere };
+            }
+            at = Outpost::at_end(self.tracer, &ray, &hit);
+            if self.is_emissive(&hit) || self.sees(&at) {
+                return WalkEnd::Light;
+            }
+        }
+        WalkEnd::Nowhere
+    }
+
+    fn is_emissive(&self, hit: &Hit) -> bool {
+        !hit.is_back_face && self.tracer.scene().material(hit.triangle as usize).emission != Vec3::ZERO
+    }
+
+    /// A warning if most of the scene looks like the inside of solids.
+    pub(crate) fn warning(&self) -> Option<Warning> {
+        let bounds = self.tracer.scene().bounds();
+        let inside = || self.surveys.iter().filter(|survey| bounds.contains(survey.position));
+        let solid = inside().filter(|survey| !survey.is_open()).count();
+        (solid as f32 > MAX_SOLID_SHARE * inside().count() as f32).then(|| Warning {
+            message: "places in closed spaces that show back faces only and stay dark (if this is a room seen from \
+                      within, turn its faces round or make its materials double-sided)"
+                .into(),
+            count: solid,
+        })
+    }
+}
