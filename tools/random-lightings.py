@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Makes references under random lights that no bake knows, for tools/measure-errors.sh.
+"""Makes references under random lights that no bake knows, for `results measure`.
 
     tools/random-lightings.py SCENE.glb POINTS.csv OUT COUNT
 
 POINTS.csv holds positions and normals on surfaces (`kind` 0), and positions in open space (`kind` 1) for lamps and spots.
-OUT/setups/NAME.json and OUT/points/NAME.csv are written, NAME being random_00, random_01 and so on; lights that reach
-nothing are drawn again. Files that exist are kept, so an interrupted run goes on. The path tracer is the program's own.
+OUT/setups/NAME.json and OUT/points/NAME.csv are written, NAME being SCENE_random_00, SCENE_random_01 and so on; lights
+that reach nothing are drawn again. Files that exist are kept, so an interrupted run goes on. The path tracer is the program's own.
 """
 
 import csv
@@ -67,7 +67,7 @@ def main(scene, points, out, count):
         table.writeheader()
         table.writerows(surface)
     for i in range(count):
-        name = f"random_{i:02}"
+        name = f"{Path(scene).stem}_random_{i:02}"
         setup, truth = out / "setups" / f"{name}.json", out / "points" / f"{name}.csv"
         rng = random.Random(i)
         while not truth.exists():

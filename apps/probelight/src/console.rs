@@ -1,5 +1,6 @@
 //! What the user sees: progress and notes on standard error, results on standard output.
 
+use std::fmt::Display;
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
 
@@ -31,6 +32,11 @@ impl Console {
             // Nobody reads notes if standard error is closed.
             self.bar.suspend(|| _ = writeln!(std::io::stderr(), "{}", line.as_ref()));
         }
+    }
+
+    /// A note on something that the user may want to change.
+    pub(crate) fn warn(&self, line: impl Display) {
+        self.note(format!("warning: {line}"));
     }
 
     /// Takes the progress bar off the screen.

@@ -18,11 +18,11 @@ pub(crate) fn is_scene(path: &Path) -> bool {
     matches!(extension.as_deref(), Some("glb" | "gltf"))
 }
 
-/// Reads a scene and notes what was repaired.
+/// Reads a scene and warns of what was repaired or left out.
 pub(crate) fn load_scene(path: &Path, console: &Console) -> anyhow::Result<Arc<Scene>> {
     let scene = load_gltf(path)?;
     for warning in &scene.warnings {
-        console.note(format!("{}: {} {}", path.display(), warning.count, warning.message));
+        console.warn(format!("{}: {warning}", path.display()));
     }
     Ok(Arc::new(scene))
 }

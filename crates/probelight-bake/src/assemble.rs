@@ -134,7 +134,7 @@ fn report(ground: &Groundwork, groups: &[FinishedGroup]) -> BakeReport {
             .warnings
             .iter()
             .chain(&ground.warning)
-            .map(|w| format!("{}: {}", w.message, w.count))
+            .map(ToString::to_string)
             .collect(),
     }
 }

@@ -296,7 +296,7 @@ mod tests {
             let points = [SamplePoint { normal: Vec3::Y, ..SamplePoint::default() }];
             let place = Place { site: &site, points: &points };
             let rays: Vec<GatherRay> =
-                if with_rays { gather_rays(tracer, &place, RAYS, 0).collect() } else { Vec::new() };
+                if with_rays { gather_rays(tracer, &place, RAYS, 0).concat() } else { Vec::new() };
             emitters.add_form_factors(tracer, &place, &sampling, 0, &rays, &mut sums);
         }
         sums[0] / sites as f32

@@ -1,13 +1,13 @@
 //! Bakes groups of receivers, one at a time and independently of each other.
 
 use faer::{Mat, MatRef, Scale};
-use probelight_asset::{Metric, NONE};
+use probelight_asset::Metric;
 use probelight_math::glam::Vec3;
 use probelight_math::sh::{Basis, band, coefficient_count};
 
 use crate::checkpoint::FinishedGroup;
 use crate::compress::{Compressor, GroupMatrix};
-use crate::gather::{GatherHit, GatherRay, gather_rays};
+use crate::gather::{GatherHit, GatherRay};
 use crate::groundwork::Groundwork;
 use crate::light_ensemble::LightEnsemble;
 use crate::metric::SignalMetric;
@@ -16,6 +16,7 @@ use crate::probe_choice::choose_probes;
 use crate::scene_light::SceneLight;
 use crate::site::bounds_of;
 use crate::transport::{ScalarSignals, Transport, TransportBuilder};
+use crate::view::View;
 
 /// What the groups have in common.
 pub(crate) struct GroupWorker<'a> {
@@ -45,16 +46,6 @@ fn band_strength(l: usize) -> f32 {
     (1.0 + l as f32).powf(-1.5)
 }
 
-/// Points of a texel of whose rays more than this share end on unlit sides lie inside a solid.
-const MAX_UNLIT_SHARE: f32 = 0.3;
-
-/// A receiver's gather rays and the surfels they meet.
-#[derive(Default)]
-struct View {
-    rays: Vec<GatherRay>,
-    surfels: Vec<u32>,
-}
-
 impl<'a> GroupWorker<'a> {
     /// For the groups of a scene.
     pub(crate) fn new(ground: &'a Groundwork, light: &'a SceneLight) -> Self {
@@ -71,7 +62,8 @@ impl<'a> GroupWorker<'a> {
 
     /// Gathers and compresses a group.
     pub(crate) fn bake_group(&self, group: &[u32]) -> FinishedGroup {
-        let views: Vec<View> = group.iter().map(|r| self.view(*r)).collect();
+        let views: Vec<View> =
+            group.iter().map(|site| View::of(self.ground, &self.light.sources.surfels, *site)).collect();
         let has_scalars = self.ground.plan.has_scalar_signals();
         let patches = match &self.light.ensemble {
             Some(ensemble) if has_scalars => self.choose_patches(ensemble, &views),
@@ -89,7 +81,7 @@ impl<'a> GroupWorker<'a> {
         };
         let mut transport = Transport::default();
         for (receiver, view) in group.iter().zip(&views) {
-            builder.add_row(&self.ground.place(*receiver), &view.rays, &view.surfels, &mut transport);
+            builder.add_row(&self.ground.place(*receiver), view, &mut transport);
         }
         if let Some(scalars) = &builder.scalars {
             transport.signals = scalars.numbers();
@@ -110,44 +102,20 @@ impl<'a> GroupWorker<'a> {
         }
     }
 
-    fn view(&self, receiver: u32) -> View {
-        let Groundwork { tracer, settings, .. } = self.ground;
-        let place = self.ground.place(receiver);
-        let all: Vec<GatherRay> = gather_rays(tracer, &place, settings.gather_rays, settings.seed).collect();
-        let texels: Vec<u32> =
-            all.iter().map(|ray| ray.hit.map_or(NONE, |hit| self.ground.atlas.texel_of_hit(&hit))).collect();
-        let surfels = texels.iter().map(|texel| self.light.sources.surfels.surfel_of_texel(*texel)).collect();
-        let all = View { rays: all, surfels };
-        let mut view = View::default();
-        let mut end = 0;
-        // Rays of points inside solids tell nothing.
-        for rays in all.rays.chunk_by(|a, b| a.origin == b.origin) {
-            let range = end..end + rays.len();
-            end = range.end;
-            let is_unlit = |(ray, texel): &(&GatherRay, &u32)| ray.hit.is_some() && **texel == NONE;
-            let unlit = rays.iter().zip(&texels[range.clone()]).filter(is_unlit).count();
-            if unlit as f32 <= MAX_UNLIT_SHARE * rays.len() as f32 {
-                view.rays.extend(rays);
-                view.surfels.extend(&all.surfels[range]);
-            }
-        }
-        if view.rays.len() < 2 { all } else { view }
-    }
-
     fn choose_patches(&self, ensemble: &LightEnsemble, views: &[View]) -> PatchChoice {
-        let mut seen: Vec<u32> = views.iter().flat_map(|view| view.surfels.iter().copied()).collect();
+        let mut seen: Vec<u32> = views.iter().flat_map(View::surfels).map(|(surfel, _)| surfel).collect();
         seen.sort_unstable();
         seen.dedup();
-        seen.retain(|surfel| *surfel != NONE);
         // Neighbours in a group share a witness, so that what any receiver sees counts.
         let witnesses: Vec<Vec<(u32, f32)>> = views
             .chunks(views.len().div_ceil(WITNESSES))
             .map(|views| {
-                let seen = views.iter().flat_map(|view| {
-                    let weight = std::f32::consts::PI / (view.rays.len() * views.len()) as f32;
-                    view.surfels.iter().map(move |surfel| (*surfel, weight))
-                });
-                seen.filter(|(surfel, _)| *surfel != NONE).collect()
+                let share = 1.0 / views.len() as f32;
+                views
+                    .iter()
+                    .flat_map(View::surfels)
+                    .map(|(surfel, weight)| (surfel, share * weight))
+                    .collect()
             })
             .collect();
         let error = PATCH_ERROR_SHARE * self.ground.settings.max_cluster_error;
@@ -170,8 +138,7 @@ impl<'a> GroupWorker<'a> {
         let needs_probes = |ray: &&GatherRay| {
             scalars.is_none_or(|scalars| ray.hit.is_some_and(|hit| scalars.near_share(hit.distance) < 1.0))
         };
-        let far: Vec<&GatherRay> =
-            views.iter().flat_map(|view| view.rays.iter().filter(needs_probes)).collect();
+        let far: Vec<&GatherRay> = views.iter().flat_map(View::rays).filter(needs_probes).collect();
         let sample: Vec<GatherHit> = far
             .iter()
             .step_by(far.len().div_ceil(CHOICE_HITS).max(1))

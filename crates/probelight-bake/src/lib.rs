@@ -15,7 +15,7 @@
 //! | light | `surfels`, `emitters`, `scene_light` | where the runtime evaluates light |
 //! | ensemble | `light_ensemble` | what random plausible lightings make of it |
 //! | clusters | `partition` | groups of receivers that share a matrix |
-//! | transport | `gather`, `patch_choice`, `probe_choice`, `transport` | the matrix of each group (\[SED\] eq. 3–4) |
+//! | transport | `gather`, `view`, `patch_choice`, `probe_choice`, `transport` | the matrix of each group (\[SED\] eq. 3–4) |
 //! | compression | `metric`, `compress`, `quantize` | truncated, split, packed (\[SED\] eq. 6) |
 //! | file | `assemble` | the [`probelight_asset::BakedScene`] and its report |
 //!
@@ -57,6 +57,7 @@ mod surface_samples;
 mod surfels;
 mod texel_points;
 mod transport;
+mod view;
 mod voxels;
 
 pub use bake::bake;

@@ -34,6 +34,6 @@ impl SmallScene {
 
     /// Gather rays of a receiver.
     pub(crate) fn gather(&self, receiver: u32, rays: u32) -> Vec<GatherRay> {
-        gather_rays(&self.ground.tracer, &self.ground.place(receiver), rays, 0).collect()
+        gather_rays(&self.ground.tracer, &self.ground.place(receiver), rays, 0).concat()
     }
 }

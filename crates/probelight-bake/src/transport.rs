@@ -6,17 +6,16 @@
 //! scene takes the value of the sky's spherical function. Summed over cosine-distributed rays with weight π/N
 //! each, this is \[SED\] eq. 4 with the cosine that belongs to irradiance.
 
-use std::f32::consts::PI;
-
 use probelight_math::glam::Vec3;
 use probelight_math::sh::{Basis, LANES};
 use probelight_trace::{Ray, Tracer};
 
 use crate::blur_balance::limited;
 use crate::emitters::{EmitterSampling, Emitters};
-use crate::gather::{GatherHit, GatherRay};
+use crate::gather::GatherHit;
 use crate::patch_choice::PatchChoice;
 use crate::site::{Place, Site};
+use crate::view::{SeenHalf, View};
 
 /// A cluster's uncompressed transport.
 #[derive(Clone, Debug, Default)]
@@ -121,31 +120,17 @@ const LARGEST_PATCH_SUM: f32 = 1.1;
 const NEAREST_SHARE: f32 = 0.01;
 
 impl TransportBuilder<'_> {
-    /// Adds a receiver's row to both halves, each from one half of its gather rays and the surfels they meet.
-    pub(crate) fn add_row(
-        &self,
-        place: &Place<'_>,
-        rays: &[GatherRay],
-        surfels: &[u32],
-        transport: &mut Transport,
-    ) {
-        let middle = rays.len() / 2;
-        self.add_half_row(place, &rays[..middle], &surfels[..middle], 0, transport);
-        self.add_half_row(place, &rays[middle..], &surfels[middle..], 1, transport);
+    /// Adds a site's row to both halves, each from one half of its view.
+    pub(crate) fn add_row(&self, place: &Place<'_>, view: &View, transport: &mut Transport) {
+        for (half, seen) in view.halves.iter().enumerate() {
+            self.add_half_row(place, seen, half, transport);
+        }
     }
 
-    fn add_half_row(
-        &self,
-        place: &Place<'_>,
-        rays: &[GatherRay],
-        surfels: &[u32],
-        half: usize,
-        transport: &mut Transport,
-    ) {
-        let weight = PI / rays.len() as f32;
+    fn add_half_row(&self, place: &Place<'_>, seen: &SeenHalf, half: usize, transport: &mut Transport) {
         let far = match &self.scalars {
-            Some(scalars) => self.add_scalar_signals(scalars, place, rays, surfels, half, transport),
-            None => rays.iter().map(|ray| (ray.end(self.tracer), weight)).collect(),
+            Some(scalars) => self.add_scalar_signals(scalars, place, seen, half, transport),
+            None => seen.rays.iter().map(|ray| (ray.end(self.tracer), ray.weight)).collect(),
         };
         self.add_probes(place.site, &far, half, transport);
         let scalars = self.scalars.as_ref().map_or(0, |s| s.first_sky_column() + s.sky.len());
@@ -157,17 +142,16 @@ impl TransportBuilder<'_> {
         &self,
         scalars: &ScalarSignals<'_>,
         place: &Place<'_>,
-        rays: &[GatherRay],
-        surfels: &[u32],
+        seen: &SeenHalf,
         half: usize,
         transport: &mut Transport,
     ) -> Vec<(GatherHit, f32)> {
-        let weight = PI / rays.len() as f32;
         let mut far = Vec::new();
         let mut row = vec![0.0; scalars.first_sky_column()];
         let mut near_rays = 0.0;
         let mut sky = RowAccumulator::new(scalars.sky, 1, &[]);
-        for (ray, surfel) in rays.iter().zip(surfels) {
+        for (ray, surfel) in seen.rays.iter().zip(&seen.surfels) {
+            let weight = ray.weight;
             let Some(hit) = ray.hit else {
                 sky.add(0, ray.direction, weight);
                 continue;
@@ -188,7 +172,7 @@ impl TransportBuilder<'_> {
         let (patches, emitters) = row.split_at_mut(scalars.patches.patches.len());
         limit_sum(patches, LARGEST_PATCH_SUM * near_rays);
         let sampling = &scalars.sampling;
-        scalars.emitters.add_form_factors(self.tracer, place, sampling, half, rays, emitters);
+        scalars.emitters.add_form_factors(self.tracer, place, sampling, half, &seen.rays, emitters);
         transport.halves[half].append(&mut row);
         sky.finish(&mut transport.halves[half]);
         far

@@ -2,7 +2,7 @@
 //! lightmap.
 //!
 //! Radiance of a surface that the ray meets: L = Le + ρ/π · (E_direct + E_lightmap), where E_direct comes from
-//! point, spot and directional lights, and E_lightmap is all that arrives by way of the probes: light that
+//! point, spot and directional lights, and E_lightmap is all that the signals bring: light that
 //! was reflected at least once, the sky, and emissive surfaces. Normals are geometric, as in the reference.
 
 use std::f32::consts::FRAC_1_PI;
@@ -19,7 +19,7 @@ use crate::{Image, PixelFilter};
 
 /// What surfaces look like at present: their colours, and the light they receive from the lightmap.
 pub trait Surfaces: Sync {
-    /// Irradiance (W/m²) that arrives by way of the probes at a hit, on the side that was hit; black where
+    /// Irradiance (W/m²) of the lightmap at a hit, on the side that was hit; black where
     /// nothing is known.
     fn irradiance(&self, hit: &Hit) -> Vec3;
 

@@ -18,7 +18,7 @@ impl Surfaces for UniformIrradiance {
     }
 }
 
-/// Nothing arrives by way of the probes.
+/// A lightmap without light.
 const UNLIT: UniformIrradiance = UniformIrradiance(Vec3::ZERO);
 
 /// Quads (counter-clockwise corners, seen from the front) of one material.

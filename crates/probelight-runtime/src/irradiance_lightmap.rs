@@ -9,7 +9,7 @@ use probelight_trace::Tracer;
 #[cfg(feature = "cpu")]
 use crate::find_face::find_face;
 
-/// Irradiance that arrives by way of the probes: light that bounced, the sky, and emissive surfaces, W/m².
+/// Irradiance that the signals bring: light that bounced, the sky, and emissive surfaces, W/m².
 /// Light straight from analytic lights is not in it.
 ///
 /// Texels keep what the linear system yields, which truncation can make slightly negative; reading with

@@ -1,5 +1,6 @@
 //! What can be wrong with an input, in words that say what to do.
 
+use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
@@ -64,8 +65,16 @@ fn list_of_cameras(available: &[String]) -> String {
 /// Something harmless that was repaired or left out while reading a scene, with how often it occurred.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Warning {
-    /// What was found and what was done about it, in the plural ("triangles without area, left out").
+    /// What was found, what was done about it, and what the user may do ("textures that clamp, repeated instead; …").
     pub message: String,
     /// How often.
     pub count: usize,
+}
+
+impl Display for Warning {
+    /// The message, with the count if it is not one.
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self { message, count } = self;
+        if *count == 1 { f.write_str(message) } else { write!(f, "{message} ({count} times)") }
+    }
 }

@@ -8,6 +8,7 @@ mod camera;
 mod content_hash;
 mod error;
 mod gltf_import;
+mod implausible;
 mod light;
 mod material;
 mod scene;

@@ -106,23 +106,10 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// Bilinear sample of the stored values in [0, 1], without any transfer curve.
-    pub fn sample_linear(&self, uv: Vec2) -> Vec4 {
-        self.bilinear(uv, |code| f32::from(code) / 255.0)
-    }
-
     /// Bilinear sample of an sRGB colour texture: colour is decoded to linear before filtering, alpha is
     /// linear already.
     pub fn sample_srgb(&self, uv: Vec2) -> Vec4 {
-        self.bilinear(uv, |code| SRGB_DECODE.with(|table| table[usize::from(code)]))
-    }
-
-    /// Alpha at `uv` in [0, 1], bilinear.
-    pub fn sample_alpha(&self, uv: Vec2) -> f32 {
-        self.sample_linear(uv).w
-    }
-
-    fn bilinear(&self, uv: Vec2, decode: impl Fn(u8) -> f32) -> Vec4 {
+        let decode = |code: u8| SRGB_DECODE.with(|table| table[usize::from(code)]);
         let size = Vec2::new(self.width as f32, self.height as f32);
         // Wrapping to [0, 1) first keeps precision for far repeats; NaN becomes the first texel.
         let position = (uv - uv.floor()) * size - 0.5;
@@ -157,7 +144,7 @@ mod tests {
     fn sampling_is_bilinear_and_repeats() {
         let texture = two_texels();
         for shift in [-3.0, 0.0, 5.0] {
-            let at = |u: f32| texture.sample_linear(Vec2::new(u + shift, 0.5));
+            let at = |u: f32| texture.sample_srgb(Vec2::new(u + shift, 0.5));
             assert!(at(0.25).abs_diff_eq(Vec4::W, 1e-5));
             assert!(at(0.75).abs_diff_eq(Vec4::new(1.0, 1.0, 1.0, 0.0), 1e-5));
             assert!(at(0.5).abs_diff_eq(Vec4::splat(0.5), 1e-5));

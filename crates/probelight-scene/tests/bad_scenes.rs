@@ -202,7 +202,7 @@ const BAD_SCENES: &[BadScene] = &[
     BadScene {
         name: "required extension",
         spoil: |glb| glb.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]),
-        message: "requires KHR_draco_mesh_compression, which is not supported",
+        message: "packed with KHR_draco_mesh_compression, which cannot be read; unpack it with `gltf-transform copy",
     },
     BadScene {
         name: "glTF 1.0",
@@ -222,7 +222,7 @@ const BAD_SCENES: &[BadScene] = &[
     BadScene {
         name: "image that does not decode",
         spoil: |glb| add_image(glb, b"this is not an image"),
-        message: "images[0]: cannot be decoded as PNG or JPEG",
+        message: "images[0]: cannot be decoded as PNG, JPEG or WebP",
     },
     BadScene {
         name: "small image that claims to be enormous",

@@ -227,7 +227,7 @@ fn what_is_not_used_is_counted() {
     glb.json["skins"] = json!([{"joints": [0]}]);
     let lens = json!({"xmag": 1, "ymag": 1, "zfar": 1, "znear": 0});
     glb.json["cameras"] = json!([{"type": "orthographic", "orthographic": lens}]);
-    glb.json["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
+    glb.json["extensionsUsed"] = json!(["EXT_instance_features"]);
     let scene = glb.load().unwrap();
     for (text, count) in [
         ("vertex colours", 1),
@@ -235,7 +235,7 @@ fn what_is_not_used_is_counted() {
         ("points or lines", 4),
         ("skinned", 1),
         ("orthographic", 1),
-        ("EXT_mesh_gpu_instancing", 1),
+        ("EXT_instance_features", 1),
     ] {
         assert_eq!(warned(&scene, text), count, "{text}: {:?}", scene.warnings);
     }

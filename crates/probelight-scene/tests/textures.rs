@@ -98,6 +98,6 @@ fn unusual_textures_are_left_out_or_repeated_and_counted() {
     assert_eq!(warned(&glb.load().unwrap(), "clamp or mirror"), 1);
     glb.json["textures"] = json!([{}]);
     let scene = glb.load().unwrap();
-    assert_eq!(warned(&scene, "without a PNG or JPEG"), 1);
+    assert_eq!(warned(&scene, "without a PNG, JPEG or WebP"), 1);
     assert_eq!(albedo_at_corners(&scene), [Vec3::ONE; 2]);
 }

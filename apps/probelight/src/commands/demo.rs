@@ -26,8 +26,9 @@ Examples:
   probelight                                 the atrium, into ./out
   probelight demo --scene cornell -o /tmp/cornell
 
-The contact sheet shows each light position without global illumination, with it, path-traced, and the
-difference of the last two. It takes some minutes on two cores; most of it is the path tracer.";
+The first picture is there within half a minute on two cores: without global illumination and with it, side by side.
+More follow at once, one for each position of the light. Then the path tracer takes a minute or so, and a contact
+sheet shows all of it beside the truth. Ctrl-C keeps the pictures that are finished.";
 
 /// Flags of `demo`.
 #[derive(Args)]
@@ -65,6 +66,8 @@ const DIFFERENCE_GAIN: f32 = 4.0;
 /// What the demo measured and where its files are.
 #[derive(Default, Serialize)]
 struct Report {
+    /// One for each light position: without and with global illumination.
+    pictures: Vec<PathBuf>,
     contact_sheet: PathBuf,
     baked_file: PathBuf,
     /// What computed light and pictures.
@@ -78,6 +81,8 @@ struct Report {
 /// Time by stage, over all light positions.
 #[derive(Default, Serialize)]
 struct Seconds {
+    /// From the start until the first picture was written.
+    first_picture: f64,
     bake: f64,
     light: f64,
     render: f64,
@@ -121,12 +126,16 @@ struct Similarity {
     ssim_without: f64,
 }
 
-/// Bakes, moves the light, and writes the contact sheet.
+/// Bakes, moves the light, and at last compares with the path tracer.
 pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let start = Instant::now();
     output::create_folder(&flags.out)?;
-    let file = |extension: &str| flags.out.join(format!("{}.{extension}", flags.scene.name()));
-    let mut report = Report { contact_sheet: file("png"), baked_file: file("plight"), ..Report::default() };
+    let file = |name: String| flags.out.join(name);
+    let mut report = Report {
+        contact_sheet: file(format!("{}.png", flags.scene.name())),
+        baked_file: file(format!("{}.plight", flags.scene.name())),
+        ..Report::default()
+    };
     output::check(&report.contact_sheet, &[])?;
     output::check(&report.baked_file, &[])?;
     let backend = flags.backend.open(console)?;
@@ -140,56 +149,97 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     })?;
     baked.write(&report.baked_file)?;
 
-    let tracer = Arc::new(Tracer::new(scene));
-    let rows = light_and_compare(
-        flags.scene,
-        Studio::new(backend, Arc::new(baked))?,
-        &tracer,
-        &mut report,
-        console,
-    )?;
+    let mut studio = Studio::new(backend, Arc::new(baked))?;
+    let lit = light_all(flags, &mut studio, start, &mut report, console)?;
+    console.note("path tracing the same pictures, to compare; this takes a minute or so ...");
+    let sheet = compare_all(flags.scene, &Arc::new(Tracer::new(scene)), &lit, &mut report, console)?;
     console.clear_progress();
-    let columns =
-        ["without GI", "with GI (Probelight)", "path-traced reference", "difference x4 (grey: equal)"];
-    let sheet = ContactSheet {
-        title: format!("Probelight: {}, baked once, lit {} times", flags.scene.name(), rows.len()),
-        columns: columns.map(String::from).into(),
-        rows,
-    };
     sheet.draw().write_png(&report.contact_sheet)?;
     report.seconds.total = start.elapsed().as_secs_f64();
     if flags.json { console::print_json(&report) } else { console::print(describe(&report)?.trim_end()) }
 }
 
-/// One row of the contact sheet for each light position.
-fn light_and_compare(
-    scene: BundledScene,
-    mut studio: Studio,
-    tracer: &Arc<Tracer>,
+/// The scene in one position of its light.
+struct LitPictures {
+    position: LightPosition,
+    bounces: usize,
+    without: Image,
+    with: Image,
+}
+
+impl LitPictures {
+    /// Both pictures side by side, with the exposure that suits global illumination.
+    fn sheet(&self) -> ContactSheet {
+        let tone_map = ToneMap::new(Exposure::Automatic, &self.with);
+        let pictures = [&self.without, &self.with].map(|image| tone_map.apply(image)).into();
+        ContactSheet {
+            title: "Probelight".into(),
+            columns: ["without GI", "with GI"].map(String::from).into(),
+            rows: vec![ContactSheetRow { caption: self.position.name.clone(), pictures }],
+        }
+    }
+}
+
+/// Moves the light, and shows each position as soon as it is lit.
+fn light_all(
+    flags: &Flags,
+    studio: &mut Studio,
+    start: Instant,
     report: &mut Report,
     console: &Console,
-) -> anyhow::Result<Vec<ContactSheetRow>> {
-    let camera = scene.camera();
-    let mut rows = Vec::new();
-    let path = scene.light_path();
+) -> anyhow::Result<Vec<LitPictures>> {
+    let camera = flags.scene.camera();
+    let path = flags.scene.light_path();
     let share = 1.0 / path.len() as f64;
-    for position in path {
+    let mut lit = Vec::new();
+    for (number, position) in (1..).zip(path) {
         interrupt::check()?;
-        console.note(format!("{} ...", position.name));
+        let file = flags.out.join(format!("{}-{number}.png", flags.scene.name()));
+        output::check(&file, &[])?;
         let setup = Setup { lighting: position.lighting.clone(), ..Setup::default() };
         let bounces = timed(&mut report.seconds.light, || studio.light(&setup, console))?;
         report.frame_milliseconds.add(&studio.frame()?, share);
-        let [without, with] = timed(&mut report.seconds.render, || pictures(&mut studio, &camera, console))?;
-        let path_tracer = PathTracer::new(Arc::clone(tracer), position.lighting.clone());
+        let [without, with] = timed(&mut report.seconds.render, || pictures(studio, &camera, console))?;
+        let pictures = LitPictures { position, bounces, without, with };
+        pictures.sheet().draw().write_png(&file)?;
+        if lit.is_empty() {
+            report.seconds.first_picture = start.elapsed().as_secs_f64();
+        }
+        console.note(format!("{}: {}, without and with GI", file.display(), pictures.position.name));
+        report.pictures.push(file);
+        lit.push(pictures);
+    }
+    Ok(lit)
+}
+
+/// All light positions beside what the path tracer finds, a row each.
+fn compare_all(
+    scene: BundledScene,
+    tracer: &Arc<Tracer>,
+    lit: &[LitPictures],
+    report: &mut Report,
+    console: &Console,
+) -> anyhow::Result<ContactSheet> {
+    let camera = scene.camera();
+    let mut rows = Vec::new();
+    for pictures in lit {
+        interrupt::check()?;
+        let path_tracer = PathTracer::new(Arc::clone(tracer), pictures.position.lighting.clone());
         let samples = scene.reference_samples();
         let pixels =
             timed(&mut report.seconds.reference, || path_tracer.render(&camera, samples, 0, console))?;
         let reference = Image { width: camera.width, height: camera.height, pixels };
-        let (row, similarity) = compare(&position, bounces, &without, &with, &reference)?;
+        let (row, similarity) = compare(pictures, &reference)?;
         rows.push(row);
         report.light_positions.push(similarity);
     }
-    Ok(rows)
+    let columns =
+        ["without GI", "with GI (Probelight)", "path-traced reference", "difference x4 (grey: equal)"];
+    Ok(ContactSheet {
+        title: format!("Probelight: {}, baked once, lit {} times", scene.name(), rows.len()),
+        columns: columns.map(String::from).into(),
+        rows,
+    })
 }
 
 /// The scene without and with global illumination.
@@ -203,17 +253,12 @@ fn pictures(studio: &mut Studio, camera: &Camera, console: &Console) -> anyhow::
 }
 
 /// A row of pictures, all with the exposure that suits the reference.
-fn compare(
-    position: &LightPosition,
-    bounces: usize,
-    without: &Image,
-    with: &Image,
-    reference: &Image,
-) -> Result<(ContactSheetRow, Similarity), EvalError> {
+fn compare(lit: &LitPictures, reference: &Image) -> Result<(ContactSheetRow, Similarity), EvalError> {
+    let LitPictures { position, bounces, without, with } = lit;
     let tone_map = ToneMap::new(Exposure::Automatic, reference);
     let similarity = Similarity {
         name: position.name.clone(),
-        bounces,
+        bounces: *bounces,
         ssim: shown_similarity(with, reference, tone_map)?,
         ssim_without: shown_similarity(without, reference, tone_map)?,
     };
@@ -250,6 +295,7 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
     writeln!(text, "light and pictures on the {}", report.backend)?;
     let bounces: usize = report.light_positions.iter().map(|position| position.bounces).sum();
     let positions = report.light_positions.len();
+    writeln!(text, "first picture        {:>7.1} s after the start", seconds.first_picture)?;
     writeln!(text, "bake                 {:>7.1} s, once", seconds.bake)?;
     writeln!(
         text,

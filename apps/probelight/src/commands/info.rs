@@ -148,7 +148,7 @@ fn surfels(info: &BakedInfo) -> String {
 
 fn emitters(info: &BakedInfo) -> String {
     match info.settings.method {
-        Method::Paper => "shine by way of the probes".into(),
+        Method::Paper => "none: probes see them".into(),
         Method::Hybrid => format!("{} with signals of their own", info.emitters),
     }
 }
@@ -185,7 +185,7 @@ fn error_lines(info: &BakedInfo) -> Vec<(&'static str, String)> {
         percent(report.uncovered_fraction)
     );
     let mut lines = vec![("compression error", compression), ("rays nothing answers", unseen)];
-    lines.extend(report.warnings.iter().map(|warning| ("warning", warning.clone())));
+    lines.extend(report.warnings.iter().map(|warning| ("warning:", warning.clone())));
     lines
 }
 

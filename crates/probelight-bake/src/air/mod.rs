@@ -237,8 +237,8 @@ impl<'a> Air<'a> {
         let inside = || self.surveys.iter().filter(|survey| bounds.contains(survey.position));
         let solid = inside().filter(|survey| !survey.is_open()).count();
         (solid as f32 > MAX_SOLID_SHARE * inside().count() as f32).then(|| Warning {
-            message: "places in closed spaces that show back faces only and stay dark (if this is a room seen from \
-                      within, turn its faces round or make its materials double-sided)"
+            message: "places in closed spaces show back faces only and stay dark; if this is a room seen from within, \
+                      turn its faces round or make its materials double-sided"
                 .into(),
             count: solid,
         })

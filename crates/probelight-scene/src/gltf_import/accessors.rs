@@ -86,15 +86,24 @@ impl<'a> Elements<'a> {
             .view()
             .map(|view| Strided::new(resources, &view, accessor.offset(), count, size))
             .transpose()?;
-        if base.is_none() && count > MAX_IMPLICIT_ELEMENTS {
-            return Err(format!("it claims {count} elements, but has no data for them"));
-        }
         let (sparse_indices, sparse_values) = match accessor.sparse() {
             Some(sparse) => sparse_elements(&sparse, size, count, resources)?,
             None => (Vec::new(), None),
         };
         let (component, normalized) = (accessor.data_type(), accessor.normalized());
         Ok(Self { count, base, sparse_indices, sparse_values, component, normalized })
+    }
+
+    /// Refuses many elements that cost the file nothing. Whoever stores something for each element asks for this.
+    pub(super) fn backed(self, accessor: &gltf::Accessor<'_>) -> Result<Self, Reason> {
+        if self.base.is_some() || self.count <= MAX_IMPLICIT_ELEMENTS {
+            return Ok(self);
+        }
+        Err(format!(
+            "accessors[{}]: it claims {} elements, but has no data for them",
+            accessor.index(),
+            self.count
+        ))
     }
 
     /// The components of an element as numbers; integers of a normalized accessor are scaled to [0, 1] or

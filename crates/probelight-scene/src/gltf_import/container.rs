@@ -3,16 +3,10 @@
 use gltf::Document;
 use gltf::json;
 use gltf::json::validation::Checked;
+use serde_json::Value;
 
-use super::{Reason, Warnings};
-
-/// Extensions that may stand in `extensionsRequired`.
-const SUPPORTED_EXTENSIONS: [&str; 4] = [
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-];
+use super::tidy::tidy;
+use super::{Reason, Warnings, extensions};
 
 /// Parses `.glb` (told by its magic number) or `.gltf` and checks every index. Returns the document and the
 /// binary chunk, if there is one.
@@ -21,16 +15,24 @@ pub(super) fn parse<'a>(
     warnings: &mut Warnings,
 ) -> Result<(Document, Option<&'a [u8]>), Reason> {
     let (text, binary) = if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (bytes, None) };
-    let mut root = json::Root::from_slice(text)
-        .map_err(|error| format!("its JSON cannot be read ({error}); export it again as glTF 2.0"))?;
+    let unreadable =
+        |error: serde_json::Error| format!("its JSON cannot be read ({error}); export it again as glTF 2.0");
+    let mut document: Value = serde_json::from_slice(without_padding(text)).map_err(unreadable)?;
+    extensions::check(&document, warnings)?;
+    tidy(&mut document, warnings);
+    let root: json::Root = serde_json::from_value(document).map_err(unreadable)?;
     check_version(&root)?;
-    check_required_extensions(&mut root)?;
-    for name in root.extensions_used.iter().filter(|name| !SUPPORTED_EXTENSIONS.contains(&name.as_str())) {
-        warnings.add(format!("extension {name}, which is not supported and not required, ignored"), 1);
-    }
-    prepare_for_validation(&mut root)?;
+    check_before_validation(&root)?;
     let document = Document::from_json(root).map_err(|error| reason_from_validation(&error))?;
     Ok((document, binary))
+}
+
+/// JSON without the mark of its byte order at its start, which editors leave, and the zeros at its end, with which some
+/// exporters fill up the chunk.
+fn without_padding(text: &[u8]) -> &[u8] {
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    let end = text.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+    &text[..end]
 }
 
 /// Splits a binary glTF into its JSON and its binary chunk.
@@ -71,28 +73,8 @@ fn check_version(root: &json::Root) -> Result<(), Reason> {
     Err(format!("it is glTF {version}; only glTF 2.x can be read"))
 }
 
-/// Refuses the file if it cannot be shown without an extension that is not supported.
-fn check_required_extensions(root: &mut json::Root) -> Result<(), Reason> {
-    let unsupported: Vec<&str> = root
-        .extensions_required
-        .iter()
-        .map(String::as_str)
-        .filter(|name| !SUPPORTED_EXTENSIONS.contains(name))
-        .collect();
-    if !unsupported.is_empty() {
-        return Err(format!(
-            "it requires {}, which is not supported; export it without (supported: {})",
-            unsupported.join(", "),
-            SUPPORTED_EXTENSIONS.join(", ")
-        ));
-    }
-    // The crate's own list is another one than ours.
-    root.extensions_required.clear();
-    Ok(())
-}
-
-/// Refuses or repairs what the `gltf` crate takes for granted, and would panic on.
-fn prepare_for_validation(root: &mut json::Root) -> Result<(), Reason> {
+/// Refuses what the `gltf` crate takes for granted, and would panic on.
+fn check_before_validation(root: &json::Root) -> Result<(), Reason> {
     let accessors = root.accessors.len();
     for (m, mesh) in root.meshes.iter().enumerate() {
         for (p, primitive) in mesh.primitives.iter().enumerate() {
@@ -101,12 +83,10 @@ fn prepare_for_validation(root: &mut json::Root) -> Result<(), Reason> {
             }
         }
     }
-    for (i, image) in root.images.iter_mut().enumerate() {
+    for (i, image) in root.images.iter().enumerate() {
         if image.uri.is_none() && image.buffer_view.is_none() {
             return Err(format!("images[{i}] has neither a uri nor a bufferView"));
         }
-        // Images are told by their content.
-        image.mime_type.get_or_insert_with(|| json::image::MimeType(String::new()));
     }
     for (c, camera) in root.cameras.iter().enumerate() {
         let complete = match camera.type_ {

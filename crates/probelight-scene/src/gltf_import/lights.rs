@@ -24,7 +24,7 @@ pub(super) fn light_at_node(
     let position = world_from_node.w_axis.truncate();
     let direction = world_from_node.transform_vector3(Vec3::NEG_Z).try_normalize();
     if !(strength.is_finite() && strength.min_element() >= 0.0) {
-        warnings.add("lights whose colour or intensity is negative or not finite, left out", 1);
+        warnings.add("lights whose colour or intensity is negative or not finite, left out; correct them", 1);
         return None;
     }
     let range = usable_range(light.range(), warnings);
@@ -47,7 +47,7 @@ pub(super) fn light_at_node(
     };
     let imported = imported.filter(|light| light.validate().is_ok());
     warnings.add(
-        "lights without a direction or with a number that is not finite, left out",
+        "lights without a direction or with a number that is not finite, left out; correct them",
         usize::from(imported.is_none()),
     );
     imported
@@ -57,7 +57,7 @@ pub(super) fn light_at_node(
 fn usable_range(range: Option<f32>, warnings: &mut Warnings) -> Option<f32> {
     let usable = range.filter(|range| *range > 0.0 && range.is_finite());
     warnings.add(
-        "lights with a range of 0, negative or not finite, taken as without range",
+        "lights with a range of 0, negative or not finite, taken as without; remove the range",
         usize::from(usable.is_none() && range.is_some()),
     );
     usable
@@ -71,7 +71,7 @@ pub(super) fn camera_at_node(
     warnings: &mut Warnings,
 ) -> Option<Camera> {
     let Projection::Perspective(lens) = camera.projection() else {
-        warnings.add("orthographic cameras, left out", 1);
+        warnings.add("orthographic cameras, left out; make them perspective", 1);
         return None;
     };
     let aspect = lens.aspect_ratio().filter(|a| a.is_finite() && *a > 0.0).unwrap_or(4.0 / 3.0);
@@ -90,7 +90,7 @@ pub(super) fn camera_at_node(
     };
     let unusable = camera.validate().err();
     warnings.add(
-        "cameras without a direction or with an impossible field of view, left out",
+        "cameras without a direction or with an impossible field of view, left out; correct them",
         usize::from(unusable.is_some()),
     );
     unusable.is_none().then_some(camera)

@@ -29,6 +29,12 @@ impl Materials {
     pub(super) fn index_of(&self, material: &gltf::Material<'_>) -> u32 {
         material.index().unwrap_or(self.materials.len() - 1) as u32
     }
+
+    /// Whether no point of the material's surfaces can pass its alpha test: a texture only lowers alpha.
+    pub(super) fn lets_everything_through(&self, material: u32) -> bool {
+        let material = &self.materials[material as usize];
+        matches!(material.alpha_mode, AlphaMode::Mask { cutoff } if material.base_color.w < cutoff)
+    }
 }
 
 /// An affine map of texture coordinates.
@@ -65,6 +71,23 @@ impl UvTransform {
 
     pub(super) fn apply(&self, uv: Vec2) -> Vec2 {
         self.matrix * uv + self.offset
+    }
+}
+
+/// Refuses numbers that no viewer could make sense of: an exponent too large for a number becomes infinite.
+fn check_factors(material: &Material) -> Result<(), Reason> {
+    let cutoff = match material.alpha_mode {
+        AlphaMode::Opaque => 0.0,
+        AlphaMode::Mask { cutoff } => cutoff,
+    };
+    let scalars = [material.metallic, material.roughness, material.normal_scale, cutoff];
+    let is_finite = material.base_color.is_finite()
+        && material.emission.is_finite()
+        && scalars.iter().all(|factor| factor.is_finite());
+    if is_finite {
+        Ok(())
+    } else {
+        Err("it has a factor that is not finite; correct it and export again".into())
     }
 }
 
@@ -159,6 +182,8 @@ impl Importer<'_> {
             alpha_mode: self.alpha_mode(source),
             double_sided: source.double_sided(),
         };
+        check_factors(&material)
+            .map_err(|reason| format!("materials[{}]: {reason}", source.index().unwrap_or_default()))?;
         self.clamp_factors(&mut material);
         Ok((material, transforms.map(|transform| transform.unwrap_or(UvTransform::IDENTITY))))
     }
@@ -170,8 +195,14 @@ impl Importer<'_> {
         material.metallic = given.metallic.clamp(0.0, 1.0);
         material.roughness = given.roughness.clamp(0.0, 1.0);
         material.emission = given.emission.clamp(Vec3::ZERO, Vec3::MAX);
+        if let (AlphaMode::Mask { cutoff }, AlphaMode::Mask { cutoff: given }) =
+            (&mut material.alpha_mode, given.alpha_mode)
+        {
+            *cutoff = given.max(0.0);
+        }
         if *material != given {
-            self.warnings.add("materials with factors out of range, clamped", 1);
+            self.warnings
+                .add("materials with factors out of range, clamped as viewers do; check their colours", 1);
         }
     }
 
@@ -182,7 +213,10 @@ impl Importer<'_> {
                 AlphaMode::Mask { cutoff: source.alpha_cutoff().unwrap_or(0.5) }
             }
             gltf::material::AlphaMode::Blend => {
-                self.warnings.add("alpha-blended materials, cut out at alpha 0.5 instead", 1);
+                self.warnings.add(
+                    "alpha-blended materials, cut out at alpha 0.5 instead; give them an alpha mask to choose where",
+                    1,
+                );
                 AlphaMode::Mask { cutoff: 0.5 }
             }
         }
@@ -195,20 +229,29 @@ impl Importer<'_> {
     ) -> Result<Option<TextureSlot>, Reason> {
         let Some(source) = source else { return Ok(None) };
         let Some(image) = source.texture.source() else {
-            self.warnings.add("textures without a PNG or JPEG image, left out", 1);
+            self.warnings
+                .add("textures without a PNG, JPEG or WebP image, left out; convert their images", 1);
             return Ok(None);
         };
         let Some(transform) = transforms.get_mut(source.tex_coord as usize) else {
-            self.warnings.add("textures with a third or later set of texture coordinates, left out", 1);
+            self.warnings.add(
+                "textures with a third or later set of texture coordinates, left out; move them to the first two",
+                1,
+            );
             return Ok(None);
         };
         if *transform.get_or_insert(source.transform) != source.transform {
-            self.warnings
-                .add("texture transforms that differ within a material, taken from its first texture", 1);
+            self.warnings.add(
+                "texture transforms that differ within a material, taken from its first texture; apply them to its images",
+                1,
+            );
         }
         let sampler = source.texture.sampler();
         if [sampler.wrap_s(), sampler.wrap_t()].iter().any(|mode| *mode != WrappingMode::Repeat) {
-            self.warnings.add("textures that clamp or mirror, repeated instead", 1);
+            self.warnings.add(
+                "textures that clamp or mirror, repeated instead; keep their coordinates within 0 to 1",
+                1,
+            );
         }
         let texture = self.texture(&image)?;
         Ok(Some(TextureSlot { texture, tex_coord: source.tex_coord }))
@@ -219,10 +262,8 @@ impl Importer<'_> {
         if let Some(texture) = self.texture_of_image.get(&image.index()) {
             return Ok(*texture);
         }
-        self.textures.push(images::decode_image(image, self.resources)?);
-        if self.textures.iter().map(|texture| texture.rgba8.len()).sum::<usize>() > MAX_TEXTURE_BYTES {
-            return Err(format!("its textures decode to more than {} GiB", MAX_TEXTURE_BYTES >> 30));
-        }
+        let held = self.textures.iter().map(|texture| texture.rgba8.len()).sum::<usize>();
+        self.textures.push(images::decode_image(image, self.resources, MAX_TEXTURE_BYTES - held)?);
         let texture = self.textures.len() as u32 - 1;
         self.texture_of_image.insert(image.index(), texture);
         Ok(texture)

@@ -5,22 +5,25 @@
 //!
 //! | file | from | to |
 //! | --- | --- | --- |
-//! | `container` | file bytes | checked document and binary chunk |
+//! | `container`, `extensions`, `tidy` | file bytes | checked document and binary chunk |
 //! | `resources` | URIs, buffer views | bytes |
 //! | `accessors` | bytes | typed elements |
 //! | `images`, `materials` | documents' materials | [`Material`](crate::Material)s with [`Texture`](crate::Texture)s |
 //! | `primitives`, `topology`, `tangents` | accessors | triangles in mesh space |
-//! | `nodes`, `lights` | node tree | instances, lights and cameras in world space |
+//! | `nodes`, `instancing`, `lights` | node tree | instances, lights and cameras in world space |
 
 mod accessors;
 mod container;
+mod extensions;
 mod images;
+mod instancing;
 mod lights;
 mod materials;
 mod nodes;
 mod primitives;
 mod resources;
 mod tangents;
+mod tidy;
 mod topology;
 
 use std::collections::BTreeMap;
@@ -54,15 +57,17 @@ impl Warnings {
 /// `emissiveFactor` times `KHR_materials_emissive_strength` in W·m⁻²·sr⁻¹. Cameras, which have no resolution
 /// in glTF, get a height of 512 pixels.
 ///
-/// Alpha blending becomes a mask at 0.5; vertex colours are ignored; morph targets stay at rest and skins in
+/// Required extensions that only change how surfaces shine are left out; of specular-glossiness materials the diffuse
+/// part is read. Alpha blending becomes a mask at 0.5; vertex colours are ignored; morph targets stay at rest and skins in
 /// their bind pose. What is repaired or left out is counted in [`Scene::warnings`].
 ///
 /// # Errors
 /// [`SceneError::Read`] if the file cannot be read, [`SceneError::Gltf`] if it or a file it refers to is
-/// broken, claims more than it holds, or requires an extension that is not supported.
+/// broken, claims more than it holds, lies outside the scene's folder, or requires an extension that packs or
+/// changes geometry or images and is not supported.
 pub fn load_gltf(path: &Path) -> Result<Scene, SceneError> {
     let bytes =
-        resources::read_file(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+        resources::read_document(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
     parse_gltf(&bytes, path)
 }
 
@@ -84,7 +89,21 @@ fn scene_from_bytes(bytes: &[u8], folder: &Path) -> Result<Scene, Reason> {
     let mut scene = nodes::flatten(&document, &resources, &materials, &mut warnings)?;
     scene.materials = materials.materials;
     scene.textures = materials.textures;
-    scene.warnings = warnings.into_vec();
+    if scene.triangles.is_empty() {
+        return Err(nothing_left(&warnings.into_vec()));
+    }
     scene.validate().map_err(|error| error.to_string())?;
+    warnings.add(
+        "materials that reflect more than 95 % of the light, as nothing real does: between such walls light hardly \
+         ends, and is wrong; lower their base colour to 0.8 or less",
+        scene.materials_too_white(),
+    );
+    scene.warnings = warnings.into_vec();
     Ok(scene)
+}
+
+/// Why there is no triangle.
+fn nothing_left(warnings: &[Warning]) -> Reason {
+    let found: String = warnings.iter().map(|warning| format!("; {warning}")).collect();
+    format!("its scene has no triangles with area, so there is nothing to bake{found}")
 }

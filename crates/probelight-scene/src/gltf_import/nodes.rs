@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use gltf::Document;
 use probelight_math::glam::{Mat3, Mat4, Vec2, Vec3};
 
+use super::instancing::{claimed_copies, node_from_copies};
 use super::lights::{camera_at_node, light_at_node};
 use super::materials::Materials;
 use super::primitives::{Primitive, import_primitive};
@@ -22,18 +23,21 @@ pub(super) fn flatten(
     materials: &Materials,
     warnings: &mut Warnings,
 ) -> Result<Scene, Reason> {
-    let nodes = placed_nodes(document)?;
+    let nodes = placed_nodes(document, warnings)?;
     check_triangle_count(document, &nodes)?;
-    let mut flattener =
-        Flattener { resources, materials, warnings, scene: Scene::default(), meshes: HashMap::new() };
+    let scene = Scene::default();
+    let mut flattener = Flattener { document, resources, materials, warnings, scene, meshes: HashMap::new() };
     for (node, world_from_node) in &nodes {
         flattener.add_node(node, *world_from_node)?;
     }
     Ok(flattener.finish())
 }
 
-/// All nodes of the tree with their transforms, parents first.
-fn placed_nodes(document: &Document) -> Result<Vec<(gltf::Node<'_>, Mat4)>, Reason> {
+/// All visible nodes of the tree with their transforms, parents first.
+fn placed_nodes<'a>(
+    document: &'a Document,
+    warnings: &mut Warnings,
+) -> Result<Vec<(gltf::Node<'a>, Mat4)>, Reason> {
     let mut placed = Vec::new();
     let mut visited = vec![false; document.nodes().len()];
     // An explicit stack: files may nest deeper than the program's own.
@@ -42,6 +46,13 @@ fn placed_nodes(document: &Document) -> Result<Vec<(gltf::Node<'_>, Mat4)>, Reas
     while let Some((node, world_from_parent)) = stack.pop() {
         if std::mem::replace(&mut visited[node.index()], true) {
             return Err(format!("nodes[{}] has two parents or is its own ancestor", node.index()));
+        }
+        if is_hidden(&node) {
+            warnings.add(
+                "hidden nodes, left out with all below them; show them before the export if they matter",
+                1,
+            );
+            continue;
         }
         let world_from_node = world_from_parent * Mat4::from_cols_array_2d(&node.transform().matrix());
         if !world_from_node.is_finite() {
@@ -55,6 +66,12 @@ fn placed_nodes(document: &Document) -> Result<Vec<(gltf::Node<'_>, Mat4)>, Reas
     Ok(placed)
 }
 
+/// Whether a node is switched off (`KHR_node_visibility`).
+fn is_hidden(node: &gltf::Node<'_>) -> bool {
+    let visibility = node.extension_value("KHR_node_visibility");
+    visibility.and_then(|extension| extension.get("visible")?.as_bool()) == Some(false)
+}
+
 /// Refuses more triangles than can be used before any is read: instances and accessors that primitives share
 /// let a small file claim any number.
 fn check_triangle_count(document: &Document, nodes: &[(gltf::Node<'_>, Mat4)]) -> Result<(), Reason> {
@@ -62,8 +79,11 @@ fn check_triangle_count(document: &Document, nodes: &[(gltf::Node<'_>, Mat4)]) -
     for mesh in document.meshes() {
         of_mesh.push(mesh.primitives().map(|p| claimed_triangles(&p)).fold(0, usize::saturating_add));
     }
-    let meshes = nodes.iter().filter_map(|(node, _)| node.mesh());
-    let triangles = meshes.map(|mesh| of_mesh[mesh.index()]).fold(0, usize::saturating_add);
+    let of_node = |node: &gltf::Node<'_>| {
+        let of_copy = node.mesh().map_or(0, |mesh| of_mesh[mesh.index()]);
+        of_copy.saturating_mul(claimed_copies(document, node))
+    };
+    let triangles = nodes.iter().map(|(node, _)| of_node(node)).fold(0, usize::saturating_add);
     if triangles > MAX_TRIANGLES {
         return Err(format!(
             "with all instances it claims {triangles} triangles; at most {MAX_TRIANGLES} can be used"
@@ -84,6 +104,7 @@ fn root_nodes(document: &Document) -> Vec<gltf::Node<'_>> {
 }
 
 struct Flattener<'a> {
+    document: &'a Document,
     resources: &'a Resources<'a>,
     materials: &'a Materials,
     warnings: &'a mut Warnings,
@@ -103,24 +124,26 @@ impl Flattener<'_> {
             self.scene.cameras.extend(camera_at_node(&camera, name, world_from_node, self.warnings));
         }
         let Some(mesh) = node.mesh() else { return Ok(()) };
-        if node.skin().is_some() {
-            self.warnings.add("skinned meshes, left in their bind pose", 1);
-        }
         if !self.meshes.contains_key(&mesh.index()) {
             let primitives = self.import_mesh(&mesh)?;
             self.meshes.insert(mesh.index(), primitives);
         }
-        for primitive in &self.meshes[&mesh.index()] {
-            self.scene.sources.instances.push(SourceInstance {
-                node: node.index() as u32,
-                node_name: node.name().unwrap_or_default().into(),
-                copy: 0,
-                mesh: mesh.index() as u32,
-                mesh_name: mesh.name().unwrap_or_default().into(),
-                primitive: primitive.index,
-            });
-            append_instance(&mut self.scene, primitive, world_from_node, self.warnings)
-                .map_err(|reason| format!("nodes[{}]: {reason}", node.index()))?;
+        let at_node = |reason: Reason| format!("nodes[{}]: {reason}", node.index());
+        let copies = node_from_copies(self.document, node, self.resources).map_err(at_node)?;
+        for (copy, node_from_copy) in copies.into_iter().enumerate() {
+            for primitive in &self.meshes[&mesh.index()] {
+                self.scene.sources.instances.push(SourceInstance {
+                    node: node.index() as u32,
+                    node_name: node.name().unwrap_or_default().into(),
+                    copy: copy as u32,
+                    mesh: mesh.index() as u32,
+                    mesh_name: mesh.name().unwrap_or_default().into(),
+                    primitive: primitive.index,
+                });
+                let world_from_copy = world_from_node * node_from_copy;
+                append_instance(&mut self.scene, primitive, world_from_copy, self.warnings)
+                    .map_err(at_node)?;
+            }
         }
         Ok(())
     }
@@ -194,6 +217,6 @@ fn append_instance(
             without_area += 1;
         }
     }
-    warnings.add("triangles without area, left out", without_area);
+    warnings.add("triangles without area, left out; no light meets them", without_area);
     Ok(())
 }

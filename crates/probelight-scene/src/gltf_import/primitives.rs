@@ -65,7 +65,8 @@ impl<'a> Attributes<'a> {
         let optional = |semantic: Semantic, dimensions: Dimensions| {
             source.get(&semantic).map(|accessor| Elements::new(&accessor, dimensions, resources)).transpose()
         };
-        let Some(positions) = optional(Semantic::Positions, Dimensions::Vec3)? else { return Ok(None) };
+        let Some(accessor) = source.get(&Semantic::Positions) else { return Ok(None) };
+        let positions = Elements::new(&accessor, Dimensions::Vec3, resources)?.backed(&accessor)?;
         let normals = optional(Semantic::Normals, Dimensions::Vec3)?;
         let tangents = optional(Semantic::Tangents, Dimensions::Vec4)?;
         let uvs = [
@@ -90,9 +91,17 @@ pub(super) fn import_primitive(
     warnings: &mut Warnings,
 ) -> Result<Option<Primitive>, Reason> {
     if matches!(source.mode(), Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
-        warnings.add("primitives of points or lines, left out", 1);
+        warnings.add("primitives of points or lines, left out; light meets only triangles", 1);
     }
     if claimed_triangles(source) == 0 {
+        return Ok(None);
+    }
+    let material = materials.index_of(&source.material());
+    if materials.lets_everything_through(material) {
+        warnings.add(
+            "triangles of materials whose alpha is below their cutoff everywhere, left out; they would be invisible",
+            claimed_triangles(source),
+        );
         return Ok(None);
     }
     let Some(attributes) = Attributes::new(source, resources)? else { return Ok(None) };
@@ -103,12 +112,8 @@ pub(super) fn import_primitive(
     // Flat normals need vertices that no two triangles share.
     let (vertices, triangles) =
         if attributes.normals.is_some() { compact(&triangles) } else { unshared(&triangles) };
-    let mut primitive = Primitive {
-        triangles,
-        material: materials.index_of(&source.material()),
-        index: source.index() as u32,
-        ..Primitive::default()
-    };
+    let mut primitive =
+        Primitive { triangles, material, index: source.index() as u32, ..Primitive::default() };
     read_positions(&mut primitive, &vertices, &attributes.positions)?;
     read_normals(&mut primitive, &vertices, attributes.normals.as_ref(), warnings);
     read_uvs(&mut primitive, &vertices, &attributes.uvs, materials, warnings);
@@ -124,10 +129,7 @@ pub(super) fn import_primitive(
 
 fn count_ignored(source: &gltf::Primitive<'_>, warnings: &mut Warnings) {
     if source.attributes().any(|(semantic, _)| matches!(semantic, Semantic::Colors(_))) {
-        warnings.add("primitives with vertex colours, which are ignored", 1);
-    }
-    if source.morph_targets().next().is_some() {
-        warnings.add("primitives with morph targets, left at rest", 1);
+        warnings.add("primitives with vertex colours, which are ignored; bake them into a texture", 1);
     }
 }
 
@@ -164,7 +166,10 @@ fn read_normals(
             own.unwrap_or(face_normal)
         })
         .collect();
-    warnings.add("normals of no length or not finite, replaced by the faces'", replaced);
+    warnings.add(
+        "normals of no length or not finite, replaced by the faces'; recompute them if shading looks wrong",
+        replaced,
+    );
 }
 
 /// Reads both sets of texture coordinates, with the material's texture transforms.
@@ -188,5 +193,5 @@ fn read_uvs(
     primitive.uv0 =
         uvs[0].as_ref().map_or_else(|| vec![Vec2::ZERO; vertices.len()], |elements| read(elements, 0));
     primitive.uv1 = uvs[1].as_ref().map_or_else(Vec::new, |elements| read(elements, 1));
-    warnings.add("texture coordinates that are not finite, set to 0", repaired);
+    warnings.add("texture coordinates that are not finite, set to 0; unwrap their mesh again", repaired);
 }

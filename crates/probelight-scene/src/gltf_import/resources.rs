@@ -1,8 +1,9 @@
 //! The bytes a document refers to: buffers, buffer views, external files and data URIs.
 
 use std::borrow::Cow;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Component, Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::DecodePaddingMode;
@@ -20,12 +21,29 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
 );
 
-/// Reads a regular file. Devices and pipes, which may never end, are refused.
-pub(super) fn read_file(path: &Path) -> io::Result<Vec<u8>> {
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
+/// Most bytes of one image file.
+const MAX_IMAGE_BYTES: usize = 1 << 30;
+
+/// Reads a regular file of at most `limit` bytes. Devices and pipes, which may never end, are refused.
+fn read_file(path: &Path, limit: usize) -> io::Result<Vec<u8>> {
+    let refuse = |reason: String| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
+    let mut file = File::open(path)?;
+    let metadata = file.metadata()?;
+    if !metadata.is_file() {
+        return refuse("it is not a regular file".into());
     }
-    std::fs::read(path)
+    if metadata.len() > limit as u64 {
+        return refuse(format!("it holds {} bytes; at most {limit} can be used", metadata.len()));
+    }
+    let mut bytes = Vec::with_capacity(metadata.len() as usize);
+    // Not a byte more, should the file grow meanwhile.
+    file.by_ref().take(limit as u64).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// Reads the document itself.
+pub(super) fn read_document(path: &Path) -> io::Result<Vec<u8>> {
+    read_file(path, MAX_BUFFER_BYTES)
 }
 
 /// All buffers of a document, and the folder that relative URIs start from.
@@ -49,12 +67,13 @@ impl<'a> Resources<'a> {
                     })?)
                 }
                 gltf::buffer::Source::Uri(uri) => {
-                    Cow::Owned(resources.read_uri(uri).map_err(|e| format!("buffers[{index}]: {e}"))?)
+                    let left = MAX_BUFFER_BYTES - held_bytes;
+                    Cow::Owned(resources.read_uri(uri, left).map_err(|e| format!("buffers[{index}]: {e}"))?)
                 }
             };
             held_bytes += bytes.len();
             if held_bytes > MAX_BUFFER_BYTES {
-                return Err(format!("its buffers hold more than {} GiB", MAX_BUFFER_BYTES >> 30));
+                return Err(format!("its buffers hold more than {} GiB; divide it", MAX_BUFFER_BYTES >> 30));
             }
             if bytes.len() < buffer.length() {
                 let (held, claimed) = (bytes.len(), buffer.length());
@@ -74,8 +93,16 @@ impl<'a> Resources<'a> {
         })
     }
 
-    /// The bytes behind a URI: base64 data, or a file relative to the document.
-    pub(super) fn read_uri(&self, uri: &str) -> Result<Vec<u8>, Reason> {
+    /// The bytes of an image file behind a URI.
+    pub(super) fn read_image(&self, uri: &str) -> Result<Vec<u8>, Reason> {
+        self.read_uri(uri, MAX_IMAGE_BYTES)
+    }
+
+    /// The bytes behind a URI, at most `limit`: base64 data, or a file in the document's folder or below.
+    ///
+    /// Links in that folder are followed wherever they lead: whoever made them is at home there, and versioned or
+    /// built folders often consist of links. A document cannot make any.
+    fn read_uri(&self, uri: &str, limit: usize) -> Result<Vec<u8>, Reason> {
         if let Some(data) = uri.strip_prefix("data:") {
             let (_, encoded) = data
                 .split_once(";base64,")
@@ -84,12 +111,33 @@ impl<'a> Resources<'a> {
                 .decode(encoded)
                 .map_err(|error| format!("its data URI is not valid base64 ({error})"));
         }
-        if uri.contains(':') {
-            return Err(format!("\"{uri}\" is not a relative path; download it beside the scene"));
-        }
-        let path = self.folder.join(decode_percent(uri)?);
-        read_file(&path).map_err(|error| format!("cannot read {} ({error})", path.display()))
+        let path = self.folder.join(relative_path(uri)?);
+        read_file(&path, limit).map_err(|error| format!("cannot read {} ({error})", path.display()))
     }
+}
+
+/// The path that a URI means, if it is relative and stays in the folder that it starts from.
+fn relative_path(uri: &str) -> Result<PathBuf, Reason> {
+    // A colon before the first slash ends a scheme, or the name of a drive.
+    if uri.split('/').next().is_some_and(|beginning| beginning.contains(':')) {
+        return Err(format!("\"{uri}\" is not a relative path; download it beside the scene"));
+    }
+    // Exporters on Windows leave its separators in.
+    let path = PathBuf::from(decode_percent(uri)?.replace('\\', "/"));
+    let mut depth = 0;
+    for component in path.components() {
+        depth += match component {
+            Component::Normal(_) => 1,
+            Component::CurDir => 0,
+            Component::ParentDir => -1,
+            // Nothing comes back from there.
+            Component::RootDir | Component::Prefix(_) => i32::MIN,
+        };
+        if depth < 0 {
+            return Err(format!("\"{uri}\" leaves the scene's folder; copy what it names into it"));
+        }
+    }
+    Ok(path)
 }
 
 /// Replaces each `%XX` by the byte it stands for.

@@ -31,7 +31,7 @@ pub(super) fn corner_indices(
     if !matches!(accessor.data_type(), DataType::U8 | DataType::U16 | DataType::U32) {
         return Err(format!("accessors[{}]: indices must be unsigned integers", accessor.index()));
     }
-    let elements = Elements::new(&accessor, Dimensions::Scalar, resources)?;
+    let elements = Elements::new(&accessor, Dimensions::Scalar, resources)?.backed(&accessor)?;
     let indices: Vec<u32> = (0..elements.count).map(|i| elements.index(i)).collect();
     match indices.iter().find(|index| **index as usize >= vertex_count) {
         Some(index) => Err(format!("index {index} is out of range: there are {vertex_count} vertices")),
