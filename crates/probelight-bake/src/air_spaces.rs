@@ -5,12 +5,14 @@
 //! through the wall between them.
 
 use probelight_math::glam::Vec3;
-use probelight_trace::{Hit, Tracer};
+use probelight_trace::{Hit, Progress, Tracer};
 use rayon::prelude::*;
 
+use crate::BakeError;
 use crate::point_grid::PointGrid;
 use crate::receivers::Receiver;
 use crate::site::Outlook;
+use crate::steps::for_each_in_parallel;
 
 /// Neighbours tested per probe, and ends of relight rays tested per pair that does not see each other.
 const NEIGHBOURS: usize = 16;
@@ -26,8 +28,9 @@ pub(crate) fn find_outlooks(
     directions: &[Vec3],
     relight_hits: &[Option<Hit>],
     receivers: &[Receiver],
-) -> Vec<Option<Outlook>> {
-    let spaces = connect_probes(tracer, probes, directions, relight_hits);
+    progress: &dyn Progress,
+) -> Result<Vec<Option<Outlook>>, BakeError> {
+    let spaces = connect_probes(tracer, probes, directions, relight_hits, progress)?;
     let outlook = |receiver: &Receiver| {
         let origin = receiver.ray_origin(tracer);
         probes
@@ -37,7 +40,7 @@ pub(crate) fn find_outlooks(
             .find(|(_, position)| tracer.is_visible(origin, *position))
             .map(|(probe, position)| Outlook { probe, position, air_space: spaces[probe as usize] })
     };
-    receivers.par_iter().map(outlook).collect()
+    for_each_in_parallel("looking out", receivers.par_iter(), progress, outlook)
 }
 
 /// The air space of each probe.
@@ -46,24 +49,20 @@ fn connect_probes(
     probes: &PointGrid,
     directions: &[Vec3],
     relight_hits: &[Option<Hit>],
-) -> Vec<u32> {
-    let links: Vec<Vec<u32>> = probes
-        .positions
-        .par_iter()
-        .zip(relight_hits.par_chunks(directions.len().max(1)))
-        .enumerate()
-        .map(|(p, (position, hits))| {
-            let rays = directions.iter().zip(hits).take(SHARED_POINTS);
-            let seen: Vec<Vec3> =
-                rays.filter_map(|(d, hit)| Some(*position + *d * (*hit)?.distance)).collect();
-            probes
-                .nearest(*position, NEIGHBOURS)
-                .into_iter()
-                .filter(|q| *q as usize != p)
-                .filter(|q| is_connected(tracer, *position, probes.positions[*q as usize], &seen))
-                .collect()
-        })
-        .collect();
+    progress: &dyn Progress,
+) -> Result<Vec<u32>, BakeError> {
+    let views = probes.positions.par_iter().zip(relight_hits.par_chunks(directions.len().max(1)));
+    let connect = |(p, (position, hits)): (usize, (&Vec3, &[Option<Hit>]))| -> Vec<u32> {
+        let rays = directions.iter().zip(hits).take(SHARED_POINTS);
+        let seen: Vec<Vec3> = rays.filter_map(|(d, hit)| Some(*position + *d * (*hit)?.distance)).collect();
+        probes
+            .nearest(*position, NEIGHBOURS)
+            .into_iter()
+            .filter(|q| *q as usize != p)
+            .filter(|q| is_connected(tracer, *position, probes.positions[*q as usize], &seen))
+            .collect()
+    };
+    let links = for_each_in_parallel("connecting probes", views.enumerate(), progress, connect)?;
     let mut spaces: Vec<u32> = (0..probes.positions.len() as u32).collect();
     for (p, neighbours) in links.iter().enumerate() {
         for q in neighbours {
@@ -71,7 +70,7 @@ fn connect_probes(
             spaces[a.max(b) as usize] = a.min(b);
         }
     }
-    (0..probes.positions.len() as u32).map(|p| find_root(&mut spaces, p)).collect()
+    Ok((0..probes.positions.len() as u32).map(|p| find_root(&mut spaces, p)).collect())
 }
 
 /// Whether `to` sees `from` or one of the surface points that `from` sees.

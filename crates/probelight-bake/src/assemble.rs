@@ -133,7 +133,7 @@ fn report(ground: &Groundwork, groups: &[FinishedGroup]) -> BakeReport {
             .scene()
             .warnings
             .iter()
-            .chain(&ground.warning)
+            .chain(&ground.warnings)
             .map(ToString::to_string)
             .collect(),
     }

@@ -23,6 +23,9 @@ const PADDING: u32 = 2;
 /// Largest page edge, texels.
 const MAX_PAGE_SIZE: u32 = 2048;
 
+/// Charts narrower than this fit into one texel, with room for rounding, texels.
+const NARROW: f32 = 0.98;
+
 /// Lit faces laid out in one stacked image.
 #[derive(Clone, Debug)]
 pub(crate) struct Atlas {
@@ -52,6 +55,11 @@ impl Atlas {
             return NONE;
         }
         self.texel_at(self.faces[face as usize].position(hit.barycentric))
+    }
+
+    /// Smallest and largest corner of each chart, texels.
+    pub(crate) fn chart_bounds(&self) -> Vec<(Vec2, Vec2)> {
+        bounds_of_charts(&self.faces, &self.face_charts)
     }
 
     /// The texel at a position in the lightmap, texels.
@@ -124,6 +132,7 @@ pub(crate) fn unwrap_faces(
             face_charts.push(chart.unwrap_or(NONE));
         }
     }
+    keep_in_one_texel(&mut faces, &face_charts);
     Ok(Atlas {
         width: layout.width,
         height: layout.height * layout.page_count,
@@ -133,6 +142,34 @@ pub(crate) fn unwrap_faces(
         face_charts,
         back_faces,
     })
+}
+
+/// Moves charts that are narrower than a texel to its middle, so that they do not take two: by half a texel at most,
+/// and the texels that lookups touch stay the chart's own.
+fn keep_in_one_texel(faces: &mut [LightmapFace], face_charts: &[u32]) {
+    let bounds = bounds_of_charts(faces, face_charts);
+    for (face, chart) in faces.iter_mut().zip(face_charts) {
+        let Some((low, high)) = bounds.get(*chart as usize) else { continue };
+        let middle = 0.5 * (*low + *high);
+        let is_narrow = (*high - *low).cmplt(Vec2::splat(NARROW));
+        let shift = Vec2::select(is_narrow, middle.floor() + 0.5 - middle, Vec2::ZERO);
+        face.corners.iter_mut().for_each(|corner| *corner += shift);
+    }
+}
+
+/// Smallest and largest corner of each chart, texels.
+fn bounds_of_charts(faces: &[LightmapFace], face_charts: &[u32]) -> Vec<(Vec2, Vec2)> {
+    let charts =
+        face_charts.iter().filter(|chart| **chart != NONE).max().map_or(0, |last| *last as usize + 1);
+    let mut bounds = vec![(Vec2::INFINITY, Vec2::NEG_INFINITY); charts];
+    let with_chart = |(face, chart): (_, &u32)| (*chart != NONE).then_some((face, *chart as usize));
+    for (face, chart) in faces.iter().zip(face_charts).filter_map(with_chart) {
+        let (low, high) = &mut bounds[chart];
+        for corner in face.corners {
+            (*low, *high) = (low.min(corner), high.max(corner));
+        }
+    }
+    bounds
 }
 
 /// Runs the unwrapper on as many pages as needed.
@@ -163,4 +200,25 @@ fn generate(
         return Ok(single);
     }
     unwrap(Some(MAX_PAGE_SIZE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn narrow_charts_move_into_one_texel_as_a_whole() {
+        let face = |x: f32, y: f32, size: f32| LightmapFace {
+            corners: [Vec2::ZERO, Vec2::X, Vec2::Y].map(|corner| Vec2::new(x, y) + corner * size),
+        };
+        // A chart of two faces across a border between texels, a wide one, and a face without chart.
+        let before = [face(4.7, 9.0, 0.3), face(4.9, 9.2, 0.4), face(20.6, 30.7, 5.0), face(0.0, 0.0, 0.0)];
+        let mut faces = before;
+        keep_in_one_texel(&mut faces, &[1, 1, 0, NONE]);
+        let corners = || faces[..2].iter().flat_map(|face| face.corners);
+        assert!(corners().all(|corner| corner.floor() == Vec2::new(5.0, 9.0)), "{faces:?}");
+        let shifts: Vec<Vec2> = (0..2).map(|face| faces[face].corners[0] - before[face].corners[0]).collect();
+        assert!(shifts[0].abs_diff_eq(shifts[1], 1e-5) && shifts[0].abs().max_element() <= 0.5);
+        assert_eq!(faces[2..], before[2..]);
+    }
 }

@@ -10,7 +10,9 @@ use std::f32::consts::PI;
 use probelight_asset::{Emitter, NONE};
 use probelight_math::color::luminance;
 use probelight_math::glam::{Vec2, Vec3, vec2};
-use probelight_math::sampling::{choose_by_running_sum, hash_pair, sobol_owen, triangle_from_square};
+use probelight_math::sampling::{
+    choose_by_running_sum, hash_pair, sobol_owen, triangle_from_square, unit_from_bits,
+};
 use probelight_scene::{Bounds, Scene};
 use probelight_trace::{Hit, Tracer};
 
@@ -18,9 +20,10 @@ use crate::gather::GatherRay;
 use crate::site::Place;
 
 /// Points on emitters per receiver and half of the estimate, divided among the patches by how large they look;
-/// each gets a few.
+/// each gets a few, as long as those of all together do not exceed a limit.
 const SAMPLES: f32 = 64.0;
-const FEWEST_SAMPLES: u32 = 2;
+const FEWEST_SAMPLES: f32 = 2.0;
+const MOST_SAMPLES: f32 = 256.0;
 
 /// Patches are split until they are this wide, as a multiple of a surfel's width.
 const WIDTHS_PER_PATCH: f32 = 4.0;
@@ -51,8 +54,18 @@ impl EmitterPatch {
     }
 }
 
-/// How many points each patch gets from the receivers of a cluster.
-pub(crate) struct EmitterSampling(Vec<u32>);
+/// How many points each patch gets from the receivers of a cluster, on average: many patches share few points.
+pub(crate) struct EmitterSampling(Vec<f32>);
+
+impl EmitterSampling {
+    /// Whole numbers of points on a patch for one estimate: the first, and how many.
+    fn points(&self, patch: u32, site: u32, half: u32) -> (u32, u32) {
+        let expected = self.0[patch as usize];
+        let chance = unit_from_bits(hash_pair(hash_pair(site, half), 0xc4a2 ^ patch));
+        let drawn = expected.floor() + f32::from(chance < expected.fract());
+        (half * expected.ceil() as u32, drawn as u32)
+    }
+}
 
 impl Emitters {
     /// Finds the emissive surfaces; patches are a few surfels wide.
@@ -144,8 +157,12 @@ impl Emitters {
         };
         let weights: Vec<f32> = self.patches.iter().map(|p| solid_angle(p).sqrt()).collect();
         let total: f32 = weights.iter().sum();
-        let count = |weight: &f32| ((SAMPLES * weight / total) as u32).max(FEWEST_SAMPLES);
-        EmitterSampling(weights.iter().map(count).collect())
+        let counts = weights.iter().map(|weight| (SAMPLES * weight / total).floor().max(FEWEST_SAMPLES));
+        let counts: Vec<f32> = counts.collect();
+        if counts.iter().sum::<f32>() <= MOST_SAMPLES {
+            return EmitterSampling(counts);
+        }
+        EmitterSampling(weights.iter().map(|weight| MOST_SAMPLES * weight / total).collect())
     }
 
     /// Adds the form factors (steradians, cosine-weighted) of all emitters seen from a texel to `sums`, one for
@@ -166,7 +183,7 @@ impl Emitters {
             if hit.is_back_face || patch == NONE {
                 continue;
             }
-            let samples = sampling.0[patch as usize] as f32;
+            let samples = sampling.0[patch as usize];
             let patch = &self.patches[patch as usize];
             let cosines = (ray.cosine, -hit.normal.dot(ray.direction));
             let squared = hit.distance * hit.distance;
@@ -174,11 +191,12 @@ impl Emitters {
             sums[patch.signal as usize] +=
                 weight * self.texel_share(tracer, patch, hit.triangle, hit.barycentric);
         }
-        for (p, (patch, samples)) in self.patches.iter().zip(&sampling.0).enumerate() {
-            for sample in half as u32 * samples..(half as u32 + 1) * samples {
+        for (p, (patch, samples)) in (0..).zip(self.patches.iter().zip(&sampling.0)) {
+            let (first, drawn) = sampling.points(p, place.site.seed, half as u32);
+            for sample in first..first + drawn {
                 let point = &place.points[sample as usize % place.points.len()];
                 let origin = point.ray_origin(tracer);
-                let u = sobol_owen(sample, hash_pair(place.site.seed, 0x5eed ^ p as u32));
+                let u = sobol_owen(sample, hash_pair(place.site.seed, 0x5eed ^ p));
                 let (triangle, barycentric) = patch.point(u);
                 let normal = tracer.front_normal(triangle);
                 let position =
@@ -188,7 +206,7 @@ impl Emitters {
                 let direction = offset / squared.sqrt();
                 let cosines = (point.normal.dot(direction), -normal.dot(direction));
                 if cosines.0 > 0.0 && cosines.1 > 0.0 && tracer.is_visible(origin, position) {
-                    let weight = balanced_weight(*samples as f32, ray_count, patch.area(), cosines, squared);
+                    let weight = balanced_weight(*samples, ray_count, patch.area(), cosines, squared);
                     sums[patch.signal as usize] +=
                         weight * self.texel_share(tracer, patch, triangle, barycentric);
                 }
@@ -287,9 +305,18 @@ mod tests {
     /// Mean over many receivers at the origin of the estimate, with or without gather rays.
     fn form_factor(tracer: &Tracer, with_rays: bool) -> f32 {
         let emitters = Emitters::find(tracer.scene(), 0.1);
-        assert_eq!(emitters.signals.len(), 1);
         let sampling = emitters.sampling(&Bounds::of([Vec3::ZERO]));
-        let sites = 200;
+        mean_form_factor(tracer, &emitters, &sampling, with_rays, 200)
+    }
+
+    fn mean_form_factor(
+        tracer: &Tracer,
+        emitters: &Emitters,
+        sampling: &EmitterSampling,
+        with_rays: bool,
+        sites: u32,
+    ) -> f32 {
+        assert_eq!(emitters.signals.len(), 1);
         let mut sums = [0.0];
         for seed in 0..sites {
             let site = Site { seed, normal: Vec3::Y, ..Site::default() };
@@ -297,7 +324,7 @@ mod tests {
             let place = Place { site: &site, points: &points };
             let rays: Vec<GatherRay> =
                 if with_rays { gather_rays(tracer, &place, RAYS, 0).concat() } else { Vec::new() };
-            emitters.add_form_factors(tracer, &place, &sampling, 0, &rays, &mut sums);
+            emitters.add_form_factors(tracer, &place, sampling, 0, &rays, &mut sums);
         }
         sums[0] / sites as f32
     }
@@ -334,6 +361,42 @@ mod tests {
     }
 
     #[test]
+    fn less_than_a_point_a_receiver_still_gives_the_closed_form() {
+        let tracer = square_lamp(1.0, false);
+        let emitters = Emitters::find(tracer.scene(), 0.1);
+        for with_rays in [false, true] {
+            let mean = |expected: f32| {
+                let sampling = EmitterSampling(vec![expected; emitters.patches.len()]);
+                mean_form_factor(&tracer, &emitters, &sampling, with_rays, 20_000)
+            };
+            for expected in [0.3, 1.6] {
+                let ratio = mean(expected) / closed_form(1.0);
+                assert!((ratio - 1.0).abs() < 0.03, "{expected} points, rays {with_rays}: {ratio}");
+            }
+        }
+    }
+
+    #[test]
+    fn ten_thousand_lamps_cost_no_more_points_than_a_hundred() {
+        let patch = |i: u32| {
+            let corner = Vec3::new((i % 100) as f32, 3.0, (i / 100) as f32) * 4.0;
+            let bounds = Bounds { min: corner, max: corner + Vec3::ONE };
+            EmitterPatch { signal: 0, triangles: vec![i], areas: vec![1.0], bounds }
+        };
+        let sampled = |patches: u32| {
+            let emitters = Emitters { patches: (0..patches).map(patch).collect(), ..Emitters::default() };
+            emitters.sampling(&Bounds::of([Vec3::ZERO]))
+        };
+        assert!(sampled(90).0.iter().all(|samples| *samples >= FEWEST_SAMPLES));
+        let many = sampled(10_000);
+        assert!((many.0.iter().sum::<f32>() / MOST_SAMPLES - 1.0).abs() < 1e-3);
+        let drawn = |site: u32| (0..10_000).map(|p| many.points(p, site, 0).1).sum::<u32>();
+        let mean = (0..100).map(drawn).sum::<u32>() as f32 / 100.0;
+        assert!((mean / MOST_SAMPLES - 1.0).abs() < 0.02, "{mean}");
+        assert!(many.0[0] > 10.0 * many.0[9999], "the nearest gets most");
+    }
+
+    #[test]
     fn near_patches_get_more_samples_and_none_is_forgotten() {
         let tracer = square_lamp(1.0, false);
         let emitters = Emitters::find(tracer.scene(), 0.01);
@@ -341,8 +404,6 @@ mod tests {
         let total = |middle: Vec3| emitters.sampling(&Bounds::of([middle])).0;
         assert!(total(Vec3::X * 1e4).iter().all(|samples| *samples >= FEWEST_SAMPLES));
         let near = total(Vec3::ZERO);
-        assert!(
-            near.iter().sum::<u32>() as f32 <= SAMPLES && near.iter().sum::<u32>() as f32 > 0.9 * SAMPLES
-        );
+        assert!((0.9 * SAMPLES..=SAMPLES).contains(&near.iter().sum()));
     }
 }

@@ -18,6 +18,12 @@ pub enum BakeError {
         /// What was asked for.
         got: String,
     },
+    /// No surface of the scene can have light of its own.
+    #[error("there is nothing to light: {reason}")]
+    NothingToLight {
+        /// Why, and what to do.
+        reason: String,
+    },
     /// The surface could not be laid out in a lightmap.
     #[error("cannot lay out the lightmap: {reason}")]
     Atlas {

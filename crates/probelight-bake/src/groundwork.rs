@@ -5,7 +5,7 @@ use std::sync::Arc;
 use probelight_asset::BakeSettings;
 use probelight_math::directions::progressive_sphere;
 use probelight_math::glam::Vec3;
-use probelight_scene::{Scene, Warning};
+use probelight_scene::{AlphaMode, Material, Scene, Warning};
 use probelight_trace::{Hit, Progress, Tracer};
 
 use crate::air::{Air, LitSides};
@@ -23,6 +23,9 @@ use crate::site::{Place, Site};
 use crate::texel_points::TexelPoints;
 use crate::{BakeError, BakeOptions};
 
+/// Rounding of the largest coordinate, as a share of the scene's diagonal, from which on details are lost.
+const LARGEST_STEP: f32 = 1e-4;
+
 /// A scene with its lightmap, its sites and its probes.
 pub(crate) struct Groundwork {
     /// Hash of the source scene's content.
@@ -31,8 +34,8 @@ pub(crate) struct Groundwork {
     pub(crate) settings: BakeSettings,
     pub(crate) error: ErrorGoal,
     pub(crate) plan: SignalPlan,
-    /// What the scene's author should know of its air.
-    pub(crate) warning: Option<Warning>,
+    /// What the scene's author should know.
+    pub(crate) warnings: Vec<Warning>,
     /// Of the scene cut along walls.
     pub(crate) tracer: Tracer,
     pub(crate) atlas: Atlas,
@@ -55,18 +58,18 @@ pub(crate) fn prepare(
     options: &BakeOptions,
     progress: &dyn Progress,
 ) -> Result<Groundwork, BakeError> {
+    refuse_invisible(&scene)?;
     progress.begin("building the ray tracer", 1);
     let scene_hash = scene.content_hash();
     let tracer = Tracer::new(scene);
     let wishes = options.resolve(&tracer)?;
-    let texel_size = wishes.density.estimated_texel_size(tracer.scene());
-    let CutScene { scene, seams } = cut_along_walls(tracer.scene(), texel_size);
+    let CutScene { scene, seams } = cut_along_walls(tracer.scene(), wishes.estimated_texel_size);
     let tracer = Tracer::new(Arc::new(scene));
     let reach = if wishes.has_uniform_spacing() { 2 } else { 4 };
-    let air = Air::survey(&tracer, wishes.smallest_spacing * 0.5, reach, progress)?;
-    let lit_sides = LitSides::find(&air);
+    let air = Air::survey(&tracer, wishes.voxel_size, reach, progress)?;
+    let lit_sides = LitSides::find(&air, progress)?;
     let layout = fit_layout(&tracer, &lit_sides, &seams, &wishes, progress)?;
-    let receivers = place_receivers(&air, &layout.atlas, &lit_sides);
+    let receivers = place_receivers(&air, &layout.atlas, &lit_sides, progress)?;
     let probes = place_probes(&air, &wishes, &lit_sides, &receivers.receivers, progress)?;
     let settings = wishes.settle(Decided {
         texels_per_meter: layout.texels_per_meter,
@@ -76,16 +79,18 @@ pub(crate) fn prepare(
     let directions = progressive_sphere(settings.relight_rays as usize);
     let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
     let probes = PointGrid::of(&probes);
-    let outlooks = find_outlooks(&tracer, &probes, &directions, &relight_hits, &receivers.receivers);
+    let outlooks =
+        find_outlooks(&tracer, &probes, &directions, &relight_hits, &receivers.receivers, progress)?;
     let sites: Vec<Site> = receivers
         .receivers
         .iter()
         .zip(outlooks)
         .map(|(receiver, outlook)| receiver.site(outlook, layout.atlas.width))
         .collect();
-    let points = receivers.points.in_sight(&tracer, &sites, &probes, 1.0 / settings.texels_per_meter);
+    let texel_size = 1.0 / settings.texels_per_meter;
+    let points = receivers.points.in_sight(&tracer, &sites, &probes, texel_size, progress)?;
     Ok(Groundwork {
-        warning: air.warning(),
+        warnings: [far_away(tracer.scene()), air.warning(), layout.warning].into_iter().flatten().collect(),
         scene_hash,
         settings,
         error: wishes.error,
@@ -98,6 +103,34 @@ pub(crate) fn prepare(
         probes,
         directions,
         relight_hits,
+    })
+}
+
+/// Refuses scenes of nothing but glass: surfaces that no ray meets.
+fn refuse_invisible(scene: &Scene) -> Result<(), BakeError> {
+    let is_visible = |material: &Material| match material.alpha_mode {
+        AlphaMode::Mask { cutoff } => material.base_color.w >= cutoff,
+        AlphaMode::Opaque => true,
+    };
+    if (0..scene.triangles.len()).any(|triangle| is_visible(scene.material(triangle))) {
+        return Ok(());
+    }
+    let reason = "all surfaces are transparent, with an alpha below their cutoff (0.5 for blended ones); light meets \
+                  opaque surfaces only";
+    Err(BakeError::NothingToLight { reason: reason.into() })
+}
+
+/// A warning if the scene lies so far from the origin that details are lost in its numbers.
+fn far_away(scene: &Scene) -> Option<Warning> {
+    let bounds = scene.bounds();
+    let distance = bounds.min.abs().max(bounds.max.abs()).max_element();
+    let step = f32::EPSILON * distance;
+    (step > LARGEST_STEP * bounds.diagonal()).then(|| Warning {
+        message: format!(
+            "triangles up to {distance:.0} from the origin, where positions are known to {step:.1e} only (move the \
+             scene to the origin if details are lost)"
+        ),
+        count: scene.triangles.len(),
     })
 }
 

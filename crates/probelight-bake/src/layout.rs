@@ -1,5 +1,9 @@
 //! Finding the texel density that gives the wanted number of receivers.
 
+use std::collections::BTreeSet;
+
+use probelight_asset::NONE;
+use probelight_scene::Warning;
 use probelight_trace::{Progress, Tracer};
 
 use crate::BakeError;
@@ -14,11 +18,20 @@ const TRIES: usize = 5;
 /// Accepted deviation from the wanted count.
 const TOLERANCE: f64 = 0.02;
 
+/// Texels grow to this width at most, as a multiple of the one at which the lit area alone fills the target. Every
+/// chart takes a texel at least, so that no width is enough where there are more of them than receivers asked for.
+const WIDEST_TEXEL: f32 = 2.0;
+
+/// Receivers as a multiple of those asked for from which on the author is told why.
+const CROWDED: f64 = 1.25;
+
 /// Where the lit faces lie in the lightmap.
 pub(crate) struct Layout {
     pub(crate) atlas: Atlas,
     /// The density that the wishes came to.
     pub(crate) texels_per_meter: f32,
+    /// If there will be far more receivers than asked for: why.
+    pub(crate) warning: Option<Warning>,
 }
 
 /// Lays out the lit faces at the wanted density.
@@ -30,31 +43,50 @@ pub(crate) fn fit_layout(
     progress: &dyn Progress,
 ) -> Result<Layout, BakeError> {
     progress.begin("laying out the lightmap", TRIES as u64);
-    let (target, limit) = (wishes.density.receivers(), wishes.density.limit());
-    let unwrap = |density| {
-        let atlas = unwrap_faces(tracer.scene(), lit_sides, seams, wishes.use_uv1, density, progress)?;
-        Ok::<_, BakeError>(Layout { atlas, texels_per_meter: density })
+    let area = lit_area(tracer, lit_sides);
+    if area == 0.0 {
+        let reason = "no surface is in sight of open air; are all faces turned inside out?".into();
+        return Err(BakeError::NothingToLight { reason });
+    }
+    let unwrap = |density| unwrap_faces(tracer.scene(), lit_sides, seams, wishes.use_uv1, density, progress);
+    let limit = wishes.density.limit();
+    let Some(target) = wishes.density.receivers() else {
+        return Ok(Layout { atlas: unwrap(limit)?, texels_per_meter: limit, warning: None });
     };
-    let start = target.map_or(limit, |target| density_without_borders(tracer, lit_sides, target).min(limit));
-    let mut layout = unwrap(start)?;
+    // Without the charts' borders.
+    let fitting = (f64::from(target) / area).sqrt() as f32;
+    let coarsest = (fitting / WIDEST_TEXEL).min(limit);
+    let mut density = fitting.min(limit);
+    let mut atlas = unwrap(density)?;
+    let mut excess = count_chart_texels(&atlas) as f64 / f64::from(target);
     for _ in 1..TRIES {
         progress.advance(1);
-        let Some(target) = target else { break };
-        let excess = count_chart_texels(&layout.atlas) as f64 / f64::from(target);
-        let is_within_limits = excess <= 1.0 && layout.texels_per_meter >= limit;
-        if is_within_limits || (excess - 1.0).abs() < TOLERANCE {
+        let next = (density / excess.sqrt() as f32).clamp(coarsest, limit);
+        if next == density || (excess - 1.0).abs() < TOLERANCE {
             break;
         }
-        layout = unwrap((layout.texels_per_meter / excess.sqrt() as f32).min(limit))?;
+        density = next;
+        atlas = unwrap(density)?;
+        excess = count_chart_texels(&atlas) as f64 / f64::from(target);
     }
-    Ok(layout)
+    let warning = (excess > CROWDED).then(|| crowded(&atlas, target, excess));
+    Ok(Layout { atlas, texels_per_meter: density, warning })
 }
 
-/// The density at which the lit area alone, without the charts' borders, fills the target.
-fn density_without_borders(tracer: &Tracer, lit_sides: &LitSides, target: u32) -> f32 {
+/// What a scene of too many charts leads to.
+fn crowded(atlas: &Atlas, target: u32, excess: f64) -> Warning {
+    let charts: BTreeSet<u32> = atlas.face_charts.iter().copied().filter(|chart| *chart != NONE).collect();
+    let message = format!(
+        "texels where {target} receivers were asked for, because each of the {} separate pieces of surface takes \
+         whole ones (ask for more receivers, or leave out small objects)",
+        charts.len()
+    );
+    Warning { message, count: (excess * f64::from(target)).round() as usize }
+}
+
+/// Area of all lit sides, m².
+fn lit_area(tracer: &Tracer, lit_sides: &LitSides) -> f64 {
     let scene = tracer.scene();
-    let lit_sides = |t: usize| u8::from(lit_sides.front(t)) + u8::from(lit_sides.back(t));
-    let lit_area = |t: usize| f64::from(scene.area(t)) * f64::from(lit_sides(t));
-    let area: f64 = (0..scene.triangles.len()).map(lit_area).sum();
-    (f64::from(target) / area.max(f64::MIN_POSITIVE)).sqrt() as f32
+    let sides = |t: usize| u8::from(lit_sides.front(t)) + u8::from(lit_sides.back(t));
+    (0..scene.triangles.len()).map(|t| f64::from(scene.area(t)) * f64::from(sides(t))).sum()
 }

@@ -20,7 +20,7 @@
 //! | file | `assemble` | the [`probelight_asset::BakedScene`] and its report |
 //!
 //! `groundwork` runs the steps up to the outlooks; what they made, its `Groundwork`, is all that later steps
-//! read. `group_worker` runs transport and compression for each cluster, `bake` all of them.
+//! read. `steps` has what makes them stop when asked. `group_worker` runs transport and compression for each cluster, `bake` all of them.
 
 mod air;
 mod air_spaces;
@@ -53,6 +53,7 @@ mod scene_light;
 mod site;
 #[cfg(test)]
 mod small_scene;
+mod steps;
 mod surface_samples;
 mod surfels;
 mod texel_points;

@@ -21,6 +21,7 @@ use rayon::prelude::*;
 use crate::BakeError;
 use crate::groundwork::Groundwork;
 use crate::scene_light::LightSources;
+use crate::steps::for_each_in_parallel;
 use crate::surfels::SurfelTree;
 
 /// Lightings of each kind; emitters take part one by one, up to a limit.
@@ -118,20 +119,9 @@ impl LightEnsemble {
         let input = Input { ground, sources };
         let lightings = draw_lightings(input);
         let (count, surfels) = (lightings.len(), input.sources.surfels.surfels.len());
-        progress.begin("lighting with random lights", surfels as u64);
-        let lit: Vec<LitSurfel> = (0..surfels)
-            .into_par_iter()
-            .map(|surfel| {
-                if progress.is_cancelled() {
-                    return LitSurfel::default();
-                }
-                progress.advance(1);
-                LitSurfel::light(input, &lightings, surfel)
-            })
-            .collect();
-        if progress.is_cancelled() {
-            return Err(BakeError::Cancelled);
-        }
+        let light = |surfel| LitSurfel::light(input, &lightings, surfel);
+        let surfels_to_light = (0..surfels).into_par_iter();
+        let lit = for_each_in_parallel("lighting with random lights", surfels_to_light, progress, light)?;
         let mut radiance = bounce(&lit, count);
         let scales = normalize(&mut radiance, &input.sources.surfels.sizes[..surfels], count);
         let weights = kind_weights(&lightings);
@@ -167,13 +157,13 @@ impl LightEnsemble {
         let coefficients = coefficient_count(input.ground.settings.sh_degree as usize);
         let table = weighted_basis(&input.ground.directions, input.ground.settings.sh_degree as usize);
         let sky = input.ground.settings.sky_degree.is_none().then_some(sky);
-        let per_probe: Vec<Vec<f32>> = input
-            .sources
-            .relight_surfels
-            .par_chunks(rays.max(1))
+        // One list for all: it is the largest of the bake.
+        let mut probes = vec![0.0; input.ground.probes.positions.len() * coefficients * count];
+        probes
+            .par_chunks_mut(coefficients * count)
+            .zip(input.sources.relight_surfels.par_chunks(rays.max(1)))
             .zip(input.sources.balance.gains.par_chunks(rays.max(1)))
-            .map(|(surfels, gains)| {
-                let mut sums = vec![0.0; coefficients * count];
+            .for_each(|((sums, surfels), gains)| {
                 for (ray, (surfel, gain)) in surfels.iter().zip(gains).enumerate() {
                     let gain = f32::from(*gain) / f32::from(GAIN_STEPS);
                     let radiance = match (*surfel, sky) {
@@ -186,10 +176,8 @@ impl LightEnsemble {
                         add_scaled(sums, *y * gain, radiance);
                     }
                 }
-                sums
-            })
-            .collect();
-        per_probe.concat()
+            });
+        probes
     }
 
     /// Appends the emitters' and the sky's signals.

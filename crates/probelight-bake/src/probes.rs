@@ -13,6 +13,7 @@ use crate::air::{Air, LitSides};
 use crate::options::Wishes;
 use crate::point_grid::PointGrid;
 use crate::receivers::Receiver;
+use crate::steps::for_each_in_parallel;
 
 /// Spacing as a share of the local free distance.
 const SPACING_PER_FREE_DISTANCE: f32 = 0.6;
@@ -51,15 +52,25 @@ pub(crate) fn place_probes(
             probes.insert(candidate.position);
         }
     }
-    cover_receivers(tracer, widest, receivers, &mut probes);
+    cover_receivers(tracer, widest, receivers, &mut probes, progress)?;
     Ok(probes.positions)
 }
 
 /// Adds a probe in front of every receiver that sees none of those around it.
-fn cover_receivers(tracer: &Tracer, spacing: f32, receivers: &[Receiver], probes: &mut PointGrid) {
-    let unseen: Vec<&Receiver> =
-        receivers.par_iter().filter(|receiver| !sees_a_probe(tracer, receiver, probes)).collect();
-    for receiver in unseen {
+fn cover_receivers(
+    tracer: &Tracer,
+    spacing: f32,
+    receivers: &[Receiver],
+    probes: &mut PointGrid,
+    progress: &dyn Progress,
+) -> Result<(), BakeError> {
+    let sees = |receiver: &Receiver| sees_a_probe(tracer, receiver, probes);
+    let sighted =
+        for_each_in_parallel("looking for receivers without probe", receivers.par_iter(), progress, sees)?;
+    for (receiver, _) in receivers.iter().zip(sighted).filter(|(_, sees)| !sees) {
+        if progress.is_cancelled() {
+            return Err(BakeError::Cancelled);
+        }
         // Probes added for an earlier receiver often serve this one too.
         if sees_a_probe(tracer, receiver, probes) {
             continue;
@@ -69,6 +80,7 @@ fn cover_receivers(tracer: &Tracer, spacing: f32, receivers: &[Receiver], probes
         let free = tracer.closest_hit(&ray).map_or(spacing, |hit| hit.distance);
         probes.insert(origin + receiver.normal * (0.5 * free));
     }
+    Ok(())
 }
 
 fn sees_a_probe(tracer: &Tracer, receiver: &Receiver, probes: &PointGrid) -> bool {

@@ -10,14 +10,17 @@ use std::collections::{HashMap, VecDeque};
 use probelight_asset::NONE;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_math::sampling::hash_pair;
-use probelight_trace::Tracer;
+use probelight_trace::{Progress, Tracer};
 use rayon::prelude::*;
 
+use crate::BakeError;
 use crate::air::{Air, LitSides, Outpost};
 use crate::atlas::Atlas;
 use crate::site::{Outlook, Site};
+use crate::steps::for_each_in_parallel;
 use crate::texel_points::{
-    FacePoint, POINTS_PER_TEXEL, SamplePoint, TexelPoints, point_on_face, spread_points, texels_around,
+    FacePoint, POINTS_PER_TEXEL, SamplePoint, TexelPoints, Window, point_on_face, spread_points,
+    texels_around,
 };
 
 /// A place that gathers light.
@@ -92,22 +95,27 @@ impl Coverage {
 const POINTS_OF_HIDDEN_TEXELS: u32 = 64;
 
 /// Finds the receivers of an atlas.
-pub(crate) fn place_receivers(air: &Air<'_>, atlas: &Atlas, lit_sides: &LitSides) -> Receivers {
+pub(crate) fn place_receivers(
+    air: &Air<'_>,
+    atlas: &Atlas,
+    lit_sides: &LitSides,
+    progress: &dyn Progress,
+) -> Result<Receivers, BakeError> {
     let needed = rasterize_conservatively(atlas);
     let covered: Vec<(u32, Coverage)> = needed.iter().filter(|(_, c)| c.is_covered).copied().collect();
-    let finder = PointFinder { air, atlas, lit_sides };
+    let finder = PointFinder { air, atlas, lit_sides, progress };
     let (receivers, points): (Vec<Receiver>, Vec<Vec<SamplePoint>>) = covered
         .iter()
-        .zip(finder.open_points(&covered))
+        .zip(finder.open_points(&covered)?)
         .filter_map(|(texel, open)| receiver(atlas, texel, open))
         .unzip();
-    Receivers {
+    Ok(Receivers {
         points: TexelPoints::of_texels(&points),
         dilation: dilate_charts(atlas, &needed, &receivers),
         chart_texels: covered.len() as u64,
         invalid_texels: (covered.len() - receivers.len()) as u64,
         receivers,
-    }
+    })
 }
 
 /// The receiver of a texel at the first of its open points, and the points that its rays start from: the others, or
@@ -130,14 +138,16 @@ struct PointFinder<'a> {
     air: &'a Air<'a>,
     atlas: &'a Atlas,
     lit_sides: &'a LitSides,
+    progress: &'a dyn Progress,
 }
 
 impl PointFinder<'_> {
     /// Open points of each texel, that at its middle or nearest to it first. None lies inside a solid.
-    fn open_points(&self, texels: &[(u32, Coverage)]) -> Vec<Vec<SamplePoint>> {
+    fn open_points(&self, texels: &[(u32, Coverage)]) -> Result<Vec<Vec<SamplePoint>>, BakeError> {
         let middle = |(_, coverage): &(u32, Coverage)| vec![self.point(coverage.face, coverage.nearest)];
         let by_any_way = |point: &Outpost, seed| self.air.is_open(point, seed);
-        let mut open = self.open_among(texels, POINTS_PER_TEXEL, middle, by_any_way);
+        let whole = |(texel, c): &(u32, Coverage)| Window::whole(self.atlas, *texel, c.chart);
+        let mut open = self.open_among(texels, whole, POINTS_PER_TEXEL, middle, by_any_way)?;
         let hidden: Vec<usize> = (0..texels.len()).filter(|i| open[*i].is_empty()).collect();
         let hidden_texels: Vec<(u32, Coverage)> = hidden.iter().map(|i| texels[*i]).collect();
         let rims = self.rims();
@@ -150,25 +160,31 @@ impl PointFinder<'_> {
             at_corners.chain(rims.get(texel).into_iter().flatten().copied()).collect()
         };
         let at_once = |point: &Outpost, _| self.air.sees(point);
-        let found = self.open_among(&hidden_texels, POINTS_OF_HIDDEN_TEXELS, corners_and_rims, at_once);
+        // Where a chart is much smaller than a texel, points spread over all of the texel would miss it.
+        let charts = self.atlas.chart_bounds();
+        let on_chart = |texel: &(u32, Coverage)| whole(texel).within(charts[texel.1.chart as usize]);
+        let count = POINTS_OF_HIDDEN_TEXELS;
+        let found = self.open_among(&hidden_texels, on_chart, count, corners_and_rims, at_once)?;
         for (i, mut points) in hidden.into_iter().zip(found) {
             points.truncate(POINTS_PER_TEXEL as usize);
             open[i] = points;
         }
-        open
+        Ok(open)
     }
 
-    /// The open ones among `count` points spread over each texel and among its special points, which come first.
+    /// The open ones among `count` points spread over each texel's window and among its special points, which come
+    /// first.
     fn open_among(
         &self,
         texels: &[(u32, Coverage)],
+        window: impl Fn(&(u32, Coverage)) -> Window,
         count: u32,
         special: impl Fn(&(u32, Coverage)) -> Vec<SamplePoint> + Sync,
         is_open: impl Fn(&Outpost, u32) -> bool + Sync,
-    ) -> Vec<Vec<SamplePoint>> {
+    ) -> Result<Vec<Vec<SamplePoint>>, BakeError> {
         let tracer = self.air.tracer();
-        let charts: Vec<(u32, u32)> = texels.iter().map(|(texel, c)| (*texel, c.chart)).collect();
-        let spread = spread_points(self.atlas, &charts, count);
+        let windows: Vec<Window> = texels.iter().map(window).collect();
+        let spread = spread_points(self.atlas, &windows, count);
         let open = |(texel, spread): (&(u32, Coverage), Vec<FacePoint>)| {
             let middle = self.point(texel.1.face, texel.1.nearest).position;
             let spread = spread.into_iter().map(|p| point_on_face(tracer, self.atlas, p.face, p.barycentric));
@@ -183,7 +199,8 @@ impl PointFinder<'_> {
             }
             points
         };
-        texels.par_iter().zip(spread).map(open).collect()
+        let texels = texels.par_iter().zip(spread);
+        for_each_in_parallel("looking for lit texels", texels, self.progress, open)
     }
 
     /// Points of rims, by the texel in which they lie.

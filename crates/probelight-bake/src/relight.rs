@@ -5,6 +5,7 @@ use probelight_trace::{Hit, Progress, Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::BakeError;
+use crate::steps::for_each_in_parallel;
 
 /// Traces all relight rays; a probe's hits in a row, in the order of `directions`. `None` is the sky.
 pub(crate) fn trace_relight_rays(
@@ -13,19 +14,8 @@ pub(crate) fn trace_relight_rays(
     directions: &[Vec3],
     progress: &dyn Progress,
 ) -> Result<Vec<Option<Hit>>, BakeError> {
-    progress.begin("tracing relight rays", probes.len() as u64);
-    let hits: Vec<Vec<Option<Hit>>> = probes
-        .par_iter()
-        .map(|probe| {
-            if progress.is_cancelled() {
-                return Vec::new();
-            }
-            progress.advance(1);
-            directions.iter().map(|direction| tracer.closest_hit(&Ray::new(*probe, *direction))).collect()
-        })
-        .collect();
-    if progress.is_cancelled() {
-        return Err(BakeError::Cancelled);
-    }
-    Ok(hits.into_iter().flatten().collect())
+    let trace = |probe: &Vec3| -> Vec<Option<Hit>> {
+        directions.iter().map(|direction| tracer.closest_hit(&Ray::new(*probe, *direction))).collect()
+    };
+    Ok(for_each_in_parallel("tracing relight rays", probes.par_iter(), progress, trace)?.concat())
 }

@@ -6,14 +6,16 @@
 use probelight_asset::NONE;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
-use probelight_trace::{Ray, Tracer};
+use probelight_trace::{Progress, Ray, Tracer};
 use rayon::prelude::*;
 
+use crate::BakeError;
 use crate::air::Outpost;
 use crate::atlas::Atlas;
 use crate::point_grid::PointGrid;
 use crate::receivers::barycentric_of;
 use crate::site::Site;
+use crate::steps::for_each_in_parallel;
 
 /// Points are pulled this far towards the middle of their face, so that rays never start exactly on an edge
 /// shared with another wall.
@@ -79,27 +81,26 @@ impl TexelPoints {
         sites: &[Site],
         probes: &PointGrid,
         texel_size: f32,
-    ) -> Self {
-        let kept: Vec<Vec<SamplePoint>> = (0..sites.len() as u32)
-            .into_par_iter()
-            .map(|r| {
-                let site = &sites[r as usize];
-                let near = probes.nearest(site.position, PROBES_TRIED);
-                let outlook = site.outlook.map(|outlook| outlook.probe);
-                let sees_a_probe = |point: &&SamplePoint| {
-                    let mut probes = outlook.iter().chain(&near).map(|p| probes.positions[*p as usize]);
-                    probes.any(|probe| tracer.is_visible(point.ray_origin(tracer), probe))
-                };
-                let all = self.of(r);
-                let seen: Vec<SamplePoint> = all.iter().filter(sees_a_probe).copied().collect();
-                let mut points = if seen.is_empty() { all.to_vec() } else { seen };
-                for (i, point) in (0..).zip(&mut points) {
-                    point.exposure = exposure(tracer, point, texel_size, hash_pair(site.seed, i));
-                }
-                keep_exposed(points, |point| point.exposure)
-            })
-            .collect();
-        Self::of_texels(&kept)
+        progress: &dyn Progress,
+    ) -> Result<Self, BakeError> {
+        let keep = |r: u32| {
+            let site = &sites[r as usize];
+            let near = probes.nearest(site.position, PROBES_TRIED);
+            let outlook = site.outlook.map(|outlook| outlook.probe);
+            let sees_a_probe = |point: &&SamplePoint| {
+                let mut probes = outlook.iter().chain(&near).map(|p| probes.positions[*p as usize]);
+                probes.any(|probe| tracer.is_visible(point.ray_origin(tracer), probe))
+            };
+            let all = self.of(r);
+            let seen: Vec<SamplePoint> = all.iter().filter(sees_a_probe).copied().collect();
+            let mut points = if seen.is_empty() { all.to_vec() } else { seen };
+            for (i, point) in (0..).zip(&mut points) {
+                point.exposure = exposure(tracer, point, texel_size, hash_pair(site.seed, i));
+            }
+            keep_exposed(points, |point| point.exposure)
+        };
+        let sites = (0..sites.len() as u32).into_par_iter();
+        Ok(Self::of_texels(&for_each_in_parallel("measuring exposure", sites, progress, keep)?))
     }
 
     /// Points on a receiver's texel; at least one.
@@ -125,23 +126,49 @@ pub(crate) struct FacePoint {
     pub(crate) barycentric: Vec2,
 }
 
-/// `count` points spread over each of the given texels, as far as they lie on the texel's chart. Texels are given with
-/// their charts.
-pub(crate) fn spread_points(atlas: &Atlas, texels: &[(u32, u32)], count: u32) -> Vec<Vec<FacePoint>> {
+/// A part of a texel's square, and the chart that points in it are to lie on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Window {
+    texel: u32,
+    chart: u32,
+    /// Smallest corner, texels.
+    low: Vec2,
+    /// Edge lengths, texels.
+    size: Vec2,
+}
+
+impl Window {
+    /// All of a texel.
+    pub(crate) fn whole(atlas: &Atlas, texel: u32, chart: u32) -> Self {
+        let low = Vec2::new((texel % atlas.width) as f32, (texel / atlas.width) as f32);
+        Self { texel, chart, low, size: Vec2::ONE }
+    }
+
+    /// What lies between two corners, texels.
+    pub(crate) fn within(self, (low, high): (Vec2, Vec2)) -> Self {
+        let end = high.min(self.low + self.size);
+        let low = low.max(self.low);
+        Self { low, size: (end - low).max(Vec2::ZERO), ..self }
+    }
+}
+
+/// `count` points spread over each of the given windows, as far as they lie on the window's chart.
+pub(crate) fn spread_points(atlas: &Atlas, windows: &[Window], count: u32) -> Vec<Vec<FacePoint>> {
     let mut number_of_texel = vec![NONE; atlas.width as usize * atlas.height as usize];
-    for (number, (texel, _)) in (0..).zip(texels) {
-        number_of_texel[*texel as usize] = number;
+    for (number, window) in (0..).zip(windows) {
+        number_of_texel[window.texel as usize] = number;
     }
     let pattern: Vec<Vec2> = (0..count).map(|i| sobol_owen(i, 0x7e8e1)).collect();
-    let mut found: Vec<Vec<(u32, FacePoint)>> = vec![Vec::new(); texels.len()];
+    let mut found: Vec<Vec<(u32, FacePoint)>> = vec![Vec::new(); windows.len()];
     for (face, layout) in (0..).zip(&atlas.faces).filter(|(f, _)| atlas.face_charts[*f as usize] != NONE) {
         for (x, y) in texels_around(atlas, layout.corners) {
             let number = number_of_texel[(y * atlas.width + x) as usize];
-            if number == NONE || texels[number as usize].1 != atlas.face_charts[face as usize] {
+            if number == NONE || windows[number as usize].chart != atlas.face_charts[face as usize] {
                 continue;
             }
+            let Window { low, size, .. } = windows[number as usize];
             for (i, offset) in (0..).zip(&pattern) {
-                let at = barycentric_of(Vec2::new(x as f32, y as f32) + *offset, layout.corners);
+                let at = barycentric_of(low + size * *offset, layout.corners);
                 if at.x >= 0.0 && at.y >= 0.0 && at.x + at.y <= 1.0 {
                     found[number as usize].push((i, FacePoint { face, barycentric: at }));
                 }

@@ -60,6 +60,10 @@ pub struct Tracer {
 /// Ray origins leave the surface by this share of the scene's diagonal (as the ground truth does).
 const OFFSET_PER_DIAGONAL: f32 = 1e-5;
 
+/// But by this share of the largest coordinate at least, so that rounding does not put them behind the surface: two to
+/// four steps of an `f32`. It counts in scenes that lie farther from the origin than 40 times their diagonal.
+const OFFSET_PER_COORDINATE: f32 = 2.0 * f32::EPSILON;
+
 impl Tracer {
     /// Builds the BVH of a valid scene.
     pub fn new(scene: Arc<Scene>) -> Self {
@@ -68,7 +72,10 @@ impl Tracer {
         let normals = (0..scene.triangles.len()).map(|t| scene.geometric_normal(t)).collect();
         let masked = |t| matches!(scene.material(t).alpha_mode, AlphaMode::Mask { .. });
         let has_masked = (0..scene.triangles.len()).any(masked);
-        let offset = scene.bounds().diagonal() * OFFSET_PER_DIAGONAL;
+        let bounds = scene.bounds();
+        let largest_coordinate = bounds.min.abs().max(bounds.max.abs()).max_element();
+        let offset =
+            (OFFSET_PER_DIAGONAL * bounds.diagonal()).max(OFFSET_PER_COORDINATE * largest_coordinate);
         Self { scene, bvh, normals, has_masked, offset }
     }
 
@@ -77,7 +84,8 @@ impl Tracer {
         &self.scene
     }
 
-    /// How far ray origins are moved off a surface along its normal, metres: 1e-5 of the scene's diagonal.
+    /// How far ray origins are moved off a surface along its normal, metres: 1e-5 of the scene's diagonal, or what
+    /// rounding makes of it far from the origin.
     pub fn offset(&self) -> f32 {
         self.offset
     }

@@ -22,6 +22,7 @@ use rayon::prelude::*;
 
 use crate::BakeError;
 use crate::point_grid::PointGrid;
+use crate::steps::for_each_in_parallel;
 use crate::voxels::VoxelGrid;
 
 pub(crate) use sides::LitSides;
@@ -144,13 +145,8 @@ impl<'a> Air<'a> {
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
         let places = VoxelGrid::new(tracer.scene(), voxel).empty_near_surfaces(reach);
-        progress.begin("surveying the air", places.len() as u64);
-        let look = |(position, is_outside): &(Vec3, bool)| {
-            progress.advance(1);
-            (!progress.is_cancelled()).then(|| Survey::of(tracer, *position, *is_outside))
-        };
-        let surveys: Option<Vec<Survey>> = places.par_iter().map(look).collect();
-        let surveys = surveys.ok_or(BakeError::Cancelled)?;
+        let look = |(position, is_outside)| Survey::of(tracer, position, is_outside);
+        let surveys = for_each_in_parallel("surveying the air", places.into_par_iter(), progress, look)?;
         let open: Vec<Vec3> =
             surveys.iter().filter(|survey| survey.is_open()).map(|survey| survey.position).collect();
         Ok(Self { tracer, voxel, surveys, open: PointGrid::of(&open) })

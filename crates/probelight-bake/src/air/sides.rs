@@ -12,10 +12,12 @@ use probelight_math::glam::Vec2;
 use probelight_math::sampling::{
     cosine_hemisphere_from_square, hash_pair, sobol_owen, triangle_from_square, world_from_tangent,
 };
-use probelight_trace::{Hit, Ray, Tracer};
+use probelight_trace::{Hit, Progress, Ray, Tracer};
 use rayon::prelude::*;
 
 use super::{Air, FIRST_WALKS, Outpost, WALKS, is_inside_of_solid};
+use crate::BakeError;
+use crate::steps::for_each_in_parallel;
 
 /// Points inside a side that are tried first.
 const FIRST_POINTS: u32 = 4;
@@ -53,14 +55,16 @@ enum Light {
 
 impl LitSides {
     /// Finds the lit sides.
-    pub(crate) fn find(air: &Air<'_>) -> Self {
+    pub(crate) fn find(air: &Air<'_>, progress: &dyn Progress) -> Result<Self, BakeError> {
         let scene = air.tracer.scene();
-        let both = (0..scene.triangles.len() as u32).into_par_iter().flat_map_iter(|t| {
+        let sides = (0..scene.triangles.len() as u32).flat_map(|t| {
             let sides = if scene.material(t as usize).double_sided { 2 } else { 1 };
             [(t, false), (t, true)].into_iter().take(sides)
         });
-        let lights: Vec<((u32, bool), Light)> =
-            both.map(|side| (side, Side::new(air, side.0, side.1).light())).collect();
+        let sides: Vec<(u32, bool)> = sides.collect();
+        let light = |side: (u32, bool)| (side, Side::new(air, side.0, side.1).light());
+        let lights =
+            for_each_in_parallel("looking for lit surfaces", sides.into_par_iter(), progress, light)?;
         let dark = vec![false; scene.triangles.len()];
         let mut sides = Self { front: dark.clone(), back: dark, rims: BTreeMap::new() };
         for (side, light) in lights {
@@ -71,9 +75,9 @@ impl LitSides {
             }
         }
         for _ in 0..GENERATIONS {
-            sides.light_seen_back_faces(air);
+            sides.light_seen_back_faces(air, progress)?;
         }
-        sides
+        Ok(sides)
     }
 
     /// Whether the front face of a triangle is lit.
@@ -98,13 +102,15 @@ impl LitSides {
     }
 
     /// Lights the back faces of single-sided materials that lit places see.
-    fn light_seen_back_faces(&mut self, air: &Air<'_>) {
+    fn light_seen_back_faces(&mut self, air: &Air<'_>, progress: &dyn Progress) -> Result<(), BakeError> {
         let scene = air.tracer.scene();
         let is_seen = |t: usize| {
             self.back[t]
                 || (!scene.material(t).double_sided && Side::new(air, t as u32, true).sees_lit_place(self))
         };
-        self.back = (0..scene.triangles.len()).into_par_iter().map(is_seen).collect();
+        let triangles = (0..scene.triangles.len()).into_par_iter();
+        self.back = for_each_in_parallel("looking for lit back faces", triangles, progress, is_seen)?;
+        Ok(())
     }
 }
 

@@ -1,8 +1,8 @@
 //! What a user may ask of a bake ([`BakeOptions`]), the same checked and completed for one scene ([`Wishes`]), and
 //! the settings that come of it once the steps have decided what was left to them ([`Wishes::settle`]).
 
-mod free_distance;
 mod quality;
+mod scale;
 mod signal_plan;
 mod wishes;
 
@@ -32,7 +32,8 @@ pub struct BakeOptions {
     /// more receivers than [`DEFAULT_MAX_RECEIVERS`].
     pub texels_per_meter: Option<f32>,
     /// Probes per cubic metre of open space. Default: adapted to the local free distance, and nowhere
-    /// sparser than \[SED\]'s 0.02.
+    /// sparser than \[SED\]'s 0.02; in scenes that are not as large as rooms or landscapes in metres, per cube
+    /// of the power of ten that makes them as large as rooms.
     pub probe_density: Option<f32>,
     /// Width of the surfels, metres. Default: a share of the scene's typical free distance, but not below
     /// two and a half texels.

@@ -3,10 +3,9 @@
 use std::ops::RangeInclusive;
 
 use probelight_asset::{BakeSettings, Method, Metric, Storage};
-use probelight_scene::Scene;
 use probelight_trace::Tracer;
 
-use super::free_distance::typical_free_distance;
+use super::scale::Scale;
 use super::{BakeOptions, SignalPlan, SurfaceSignals};
 use crate::BakeError;
 
@@ -27,11 +26,14 @@ const DOUBLINGS_OF_RAYS: u32 = 2;
 /// Singular values that a cluster may have at most.
 const HIGHEST_RANK: u32 = 256;
 
-/// Lowest probe density unless asked otherwise, per m³ (\[SED\] §3).
+/// Lowest probe density unless asked otherwise, per m³ (\[SED\] §3); per cube of [`Scale::unit`] here.
 const SPARSEST_PROBE_DENSITY: f32 = 0.02;
 
 /// Smallest probe spacing as a share of the largest, where it follows the local free distance.
 const SMALLEST_SPACING: f32 = 0.25;
+
+/// Edge of the voxels in which places for probes are looked for, as a share of the smallest probe spacing.
+const VOXEL_PER_SPACING: f32 = 0.5;
 
 /// How fine the lightmap is to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,9 +63,9 @@ impl TexelDensity {
         }
     }
 
-    /// About how large a texel will be, metres, before the layout is known.
-    pub(crate) fn estimated_texel_size(self, scene: &Scene) -> f32 {
-        let fitting = |receivers| (scene.surface_area() / f64::from(receivers)).sqrt() as f32;
+    /// About how large a texel will be, metres, before the layout is known, if the scene has so much surface.
+    pub(crate) fn estimated_texel_size(self, area: f64) -> f32 {
+        let fitting = |receivers| (area / f64::from(receivers)).sqrt() as f32;
         self.receivers().map_or(0.0, fitting).max(1.0 / self.limit())
     }
 }
@@ -119,6 +121,10 @@ enum SurfelSize {
 pub(crate) struct Wishes {
     pub(crate) plan: SignalPlan,
     pub(crate) density: TexelDensity,
+    /// About how large a texel will be, metres.
+    pub(crate) estimated_texel_size: f32,
+    /// Edge of the voxels in which open air is looked for, metres.
+    pub(crate) voxel_size: f32,
     /// Whether the scene's second texture coordinates are used where they are valid.
     pub(crate) use_uv1: bool,
     /// Largest distance between neighbouring probes, metres.
@@ -212,7 +218,7 @@ impl BakeOptions {
         let preset = self.quality.unwrap_or_default().preset();
         let method = self.method.unwrap_or_default();
         let plan = SignalPlan::of(method);
-        let free_distance = typical_free_distance(tracer);
+        let scale = Scale::of(tracer);
         let error = positive("the largest cluster error", self.max_cluster_error)?;
         let error = match (error, self.max_rank) {
             (Some(error), None) => ErrorGoal::AtMost(error),
@@ -220,24 +226,32 @@ impl BakeOptions {
         };
         let default_rank = if error.must_be_met() { HIGHEST_RANK } else { preset.max_rank };
         let probe_density = positive("the probe density", self.probe_density)?;
-        let widest_spacing = probe_density.unwrap_or(SPARSEST_PROBE_DENSITY).powf(-1.0 / 3.0);
+        let density = self.density(scale.free_distance, preset.max_receivers)?;
+        let estimated_texel_size = density.estimated_texel_size(scale.area);
+        let [smallest_spacing, widest_spacing] = match probe_density {
+            Some(density) => [spacing_at(density); 2],
+            None => default_spacings(scale.unit, estimated_texel_size),
+        };
+        let receivers = scale.area / f64::from(estimated_texel_size).powi(2);
         let budget =
             |option: Option<u32>, budget: u64| (plan.fills_ray_budgets && option.is_none()).then_some(budget);
         let surfel_size = positive("the surfel size", self.surfel_size)?;
         let byte_price = positive("the price of a byte", self.byte_price)?;
         Ok(Wishes {
             plan,
-            density: self.density(free_distance, preset.max_receivers)?,
+            density,
+            estimated_texel_size,
+            voxel_size: scale.voxel_size(VOXEL_PER_SPACING * smallest_spacing, receivers),
             use_uv1: self.use_uv1,
             widest_spacing,
-            smallest_spacing: widest_spacing * if probe_density.is_some() { 1.0 } else { SMALLEST_SPACING },
+            smallest_spacing,
             error,
             seed: self.seed.unwrap_or(0),
             method,
             metric: self.metric.unwrap_or(plan.metric),
             storage: self.storage.unwrap_or(plan.storage),
             surfel_size: surfel_size
-                .map_or(SurfelSize::About(free_distance * SURFEL_PER_FREE_DISTANCE), SurfelSize::Fixed),
+                .map_or(SurfelSize::About(scale.free_distance * SURFEL_PER_FREE_DISTANCE), SurfelSize::Fixed),
             samples_per_surfel: within("the samples per surfel", self.samples_per_surfel, 16, 1..=64)?,
             near_radius: positive("the near radius", self.near_radius)?,
             gather_rays: Rays {
@@ -291,6 +305,18 @@ impl BakeOptions {
     }
 }
 
+/// Smallest and largest distance between neighbouring probes, metres. They are no denser than the texels, so that their
+/// number follows what was asked for.
+fn default_spacings(unit: f32, texel_size: f32) -> [f32; 2] {
+    let widest = unit * spacing_at(SPARSEST_PROBE_DENSITY);
+    [SMALLEST_SPACING * widest, widest].map(|spacing| spacing.max(texel_size))
+}
+
+/// Distance between neighbours, metres, at a number of probes per m³.
+fn spacing_at(density: f32) -> f32 {
+    density.powf(-1.0 / 3.0)
+}
+
 /// An option that must be a positive number.
 fn positive(option: &'static str, value: Option<f32>) -> Result<Option<f32>, BakeError> {
     match value {
@@ -332,12 +358,19 @@ mod tests {
     }
 
     #[test]
+    fn probes_are_no_denser_than_texels() {
+        let [smallest, widest] = default_spacings(1.0, 0.1);
+        assert!((widest.powi(3) * SPARSEST_PROBE_DENSITY - 1.0).abs() < 1e-5 && smallest == 0.25 * widest);
+        assert_eq!(default_spacings(1.0, 2.0), [2.0, widest]);
+        assert_eq!(default_spacings(1.0, 20.0), [20.0, 20.0]);
+    }
+
+    #[test]
     fn a_number_of_receivers_is_a_wish_or_a_limit() {
-        let scene = Scene::default();
-        assert_eq!(TexelDensity::Fixed(4.0).estimated_texel_size(&scene), 0.25);
+        assert_eq!(TexelDensity::Fixed(4.0).estimated_texel_size(9.0), 0.25);
         let density = TexelDensity::AtMost { receivers: 10, texels_per_meter: 2.0 };
         assert_eq!((density.receivers(), density.limit()), (Some(10), 2.0));
-        assert_eq!(density.estimated_texel_size(&scene), 0.5, "no area, so the density decides");
+        assert_eq!([1.0, 90.0].map(|area| density.estimated_texel_size(area)), [0.5, 3.0]);
         assert_eq!(TexelDensity::Receivers(10).limit(), f32::INFINITY);
     }
 }
