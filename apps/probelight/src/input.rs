@@ -66,9 +66,9 @@ const CONVERGED: f64 = 1e-3;
 const MAX_BOUNCES: usize = 200;
 
 /// Lets the setup's light bounce until nothing changes any more; returns the number of bounces.
-pub(crate) fn light(runtime: &mut Runtime, setup: &Setup, console: &Console) -> usize {
-    runtime.set_lighting(setup.lighting.clone());
-    note_convergence(runtime.converge(CONVERGED, MAX_BOUNCES), console)
+pub(crate) fn light(runtime: &mut Runtime, setup: &Setup, console: &Console) -> anyhow::Result<usize> {
+    runtime.set_lighting(setup.lighting.clone())?;
+    Ok(note_convergence(runtime.converge(CONVERGED, MAX_BOUNCES), console))
 }
 
 /// As [`light`], on a GPU.

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use probelight_asset::BakedScene;
-use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, Stage, copy_bandwidth};
-use probelight_runtime::{FrameTimings, Runtime, stage_bytes};
+use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, copy_bandwidth};
+use probelight_runtime::{FrameInput, PerStage, Runtime, Stage, StageTimings, stage_bytes};
 use probelight_scene::{Light, Lighting};
 use rayon::prelude::*;
 
@@ -91,45 +91,36 @@ fn brighten(light: &mut Light) {
 }
 
 fn measure_cpu(baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
-    let bytes = stage_bytes(&baked, show.lights_move);
     let mut runtime = Runtime::new(baked);
-    let mut measure = |frame| {
-        runtime.set_lighting(show.lighting(frame));
-        runtime.step()
-    };
-    (0..WARM_UP).for_each(|frame| _ = measure(frame));
-    let timings: Vec<FrameTimings> = (WARM_UP..WARM_UP + show.frames).map(measure).collect();
-    let of = |stage: fn(&FrameTimings) -> Duration| timings.iter().map(stage).collect::<Vec<_>>();
-    let times = [
-        of(|t| t.light_surfels),
-        of(|t| t.relight_probes),
-        of(|t| t.project_clusters),
-        of(|t| t.gather_receivers),
-        of(|t| t.dilate_lightmap),
-    ];
-    let stages = Stage::ALL.iter().zip(times).zip(bytes);
-    let stages = stages.map(|((stage, times), bytes)| MeasuredStage::new(stage.name(), times, bytes));
-    Ok(MeasuredFrames::new(stages.collect(), of(FrameTimings::total)))
+    let mut timings = Vec::with_capacity(WARM_UP + show.frames);
+    for frame in 0..WARM_UP + show.frames {
+        runtime.set_lighting(show.lighting(frame))?;
+        timings.push(runtime.step(&FrameInput::default()));
+    }
+    let bytes = stage_bytes(runtime.baked(), runtime.plan(), show.lights_move);
+    let stages: Vec<Stage> = Stage::ALL.into_iter().filter(|stage| stage.is_on_cpu()).collect();
+    Ok(MeasuredFrames::new(&stages, &timings[WARM_UP..], &bytes))
 }
 
 fn measure_gpu(gpu: &GpuDevice, baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
     let mut runtime = GpuRuntime::new(&gpu.device, &gpu.queue, baked, GpuOptions::default())?;
-    let mut timings = runtime
+    let timings = runtime
         .measure_frames(WARM_UP + show.frames, |runtime, frame| runtime.set_lighting(show.lighting(frame)))?;
-    timings.drain(..WARM_UP);
     gpu.check()?;
-    let bytes = runtime.stage_bytes(show.lights_move);
-    let stages = Stage::ALL.map(|stage| {
-        let times = timings.iter().map(|timing| timing.stages[stage as usize]).collect();
-        MeasuredStage::new(stage.name(), times, bytes[stage as usize])
-    });
-    Ok(MeasuredFrames::new(stages.into(), timings.iter().map(|timing| timing.frame).collect()))
+    Ok(MeasuredFrames::new(&Stage::ALL, &timings[WARM_UP..], &runtime.stage_bytes(show.lights_move)))
 }
 
 impl MeasuredFrames {
-    fn new(stages: Vec<MeasuredStage>, frame: Vec<Duration>) -> Self {
-        let bytes = stages.iter().map(|stage| stage.bytes).sum();
-        Self { stages, frame: MeasuredStage::new("frame", frame, bytes) }
+    fn new(stages: &[Stage], timings: &[StageTimings], bytes: &PerStage<u64>) -> Self {
+        let measured = |stage: &Stage| {
+            let times = timings.iter().map(|timing| timing.stages[*stage]).collect();
+            MeasuredStage::new(stage.name(), times, bytes[*stage])
+        };
+        let frames = timings.iter().map(|timing| timing.frame).collect();
+        Self {
+            stages: stages.iter().map(measured).collect(),
+            frame: MeasuredStage::new("frame", frames, bytes.values().iter().sum()),
+        }
     }
 }
 

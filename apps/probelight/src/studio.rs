@@ -5,69 +5,36 @@ use std::time::Duration;
 
 use anyhow::Context;
 use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use probelight_asset::BakedScene;
 use probelight_render::gpu::{GpuRenderer, GpuView, LitScene, Shading, ViewOptions};
 use probelight_render::{Image, PixelFilter, RenderOptions, RenderOutput, View, render};
-use probelight_runtime::Runtime;
-use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, Stage};
+use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime};
+use probelight_runtime::{FrameInput, Runtime, Stage};
 use probelight_scene::{Camera, Setup};
 
 use crate::backend::Backend;
 use crate::console::Console;
 use crate::input;
 
-/// What a picture shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ViewFlag {
-    /// All light
-    #[default]
-    Full,
-    /// Emission, sky behind the scene, direct light of point, spot and directional lights
-    Direct,
-    /// What the lightmap adds: bounced light, sky light, light of emissive surfaces
-    Indirect,
-    /// The lightmap itself, without surface colours
-    Irradiance,
-    /// Base colours (GPU)
-    Albedo,
-    /// Normals, with the bumps of normal maps if shading is physical (GPU)
-    Normals,
-    /// The lightmap's texels as a chessboard (GPU)
-    LightmapTexels,
-    /// A colour for each cluster of receivers (GPU)
-    Clusters,
-    /// Probes as spheres in their own light (GPU)
-    Probes,
-    /// Points where light is evaluated, as bright as their surfels (GPU)
-    LightSamples,
+/// Reads a view by its name.
+pub(crate) fn view_parser() -> impl TypedValueParser<Value = GpuView> {
+    let value = |view: GpuView| {
+        let needs = if on_cpu(view).is_none() { " (GPU)" } else { "" };
+        PossibleValue::new(view.name()).help(format!("{}{needs}", view.description().trim_end_matches('.')))
+    };
+    // The parser lets no other name pass.
+    PossibleValuesParser::new(GpuView::ALL.map(value)).map(|name| GpuView::by_name(&name).unwrap_or_default())
 }
 
-impl ViewFlag {
-    /// What the CPU calls it, if it has it.
-    fn on_cpu(self) -> Option<RenderOutput> {
-        match self {
-            Self::Full => Some(RenderOutput::Full),
-            Self::Direct => Some(RenderOutput::Direct),
-            Self::Indirect => Some(RenderOutput::Indirect),
-            Self::Irradiance => Some(RenderOutput::Irradiance),
-            _ => None,
-        }
-    }
-
-    /// What the GPU calls it.
-    pub(crate) fn on_gpu(self) -> GpuView {
-        match self {
-            Self::Full => GpuView::Full,
-            Self::Direct => GpuView::Direct,
-            Self::Indirect => GpuView::Indirect,
-            Self::Irradiance => GpuView::Irradiance,
-            Self::Albedo => GpuView::Albedo,
-            Self::Normals => GpuView::Normals,
-            Self::LightmapTexels => GpuView::LightmapTexels,
-            Self::Clusters => GpuView::Clusters,
-            Self::Probes => GpuView::Probes,
-            Self::LightSamples => GpuView::LightSamples,
-        }
+/// What the CPU calls a view, if it has it.
+fn on_cpu(view: GpuView) -> Option<RenderOutput> {
+    match view {
+        GpuView::Full => Some(RenderOutput::Full),
+        GpuView::Direct => Some(RenderOutput::Direct),
+        GpuView::Indirect => Some(RenderOutput::Indirect),
+        GpuView::Irradiance => Some(RenderOutput::Irradiance),
+        _ => None,
     }
 }
 
@@ -84,7 +51,7 @@ pub(crate) enum ShadingFlag {
 /// How a picture is made.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PictureOptions {
-    pub(crate) view: ViewFlag,
+    pub(crate) view: GpuView,
     pub(crate) shading: ShadingFlag,
     /// Samples per pixel.
     pub(crate) samples: u32,
@@ -99,7 +66,7 @@ impl PictureOptions {
 
     /// What the CPU calls it.
     fn on_cpu(&self) -> anyhow::Result<RenderOutput> {
-        self.view.on_cpu().filter(|_| self.shading == ShadingFlag::Diffuse).context(
+        on_cpu(self.view).filter(|_| self.shading == ShadingFlag::Diffuse).context(
             "the CPU can show only diffuse surfaces, full, direct or indirect light, and irradiance: \
              use --backend gpu (a driver in software will do)",
         )
@@ -145,7 +112,7 @@ impl Studio {
     /// Lets the setup's light bounce until nothing changes any more; returns the number of bounces.
     pub(crate) fn light(&mut self, setup: &Setup, console: &Console) -> anyhow::Result<usize> {
         match self {
-            Self::Cpu(runtime) => Ok(input::light(runtime, setup, console)),
+            Self::Cpu(runtime) => input::light(runtime, setup, console),
             Self::Gpu(studio) => input::light_on_gpu(&mut studio.runtime, setup, console),
         }
     }
@@ -170,23 +137,15 @@ impl Studio {
 
     /// Computes one frame; returns its stages and how long they took.
     pub(crate) fn frame(&mut self) -> anyhow::Result<Vec<(&'static str, Duration)>> {
-        let times = match self {
-            Self::Cpu(runtime) => {
-                let times = runtime.step();
-                vec![
-                    times.light_surfels,
-                    times.relight_probes,
-                    times.project_clusters,
-                    times.gather_receivers,
-                    times.dilate_lightmap,
-                ]
-            }
+        let (timings, is_on_cpu) = match self {
+            Self::Cpu(runtime) => (runtime.step(&FrameInput::default()), true),
             Self::Gpu(studio) => {
                 let frames = studio.runtime.measure_frames(1, |_, _| Ok(()))?;
-                frames.first().map_or(Vec::new(), |frame| frame.stages.to_vec())
+                (frames.first().copied().unwrap_or_default(), false)
             }
         };
-        Ok(Stage::ALL.iter().map(|stage| stage.name()).zip(times).collect())
+        let stages = Stage::ALL.into_iter().filter(|stage| stage.is_on_cpu() || !is_on_cpu);
+        Ok(stages.map(|stage| (stage.name(), timings.stages[stage])).collect())
     }
 }
 
@@ -204,7 +163,7 @@ impl GpuStudio {
             ShadingFlag::Diffuse => Shading::Diffuse,
             ShadingFlag::Physical => Shading::Physical,
         };
-        let view = ViewOptions { view: options.view.on_gpu(), shading };
+        let view = ViewOptions { view: options.view, shading };
         let image = self.renderer.still(&LitScene::of(&self.runtime), camera, view, options.samples);
         self.gpu.check()?;
         Ok(image?)

@@ -13,6 +13,8 @@ use probelight_math::glam::Vec3;
 use probelight_math::sh::coefficient_count;
 use probelight_scene::Scene;
 
+#[cfg(doc)]
+use crate::packed::GAIN_STEPS;
 use crate::{
     BakeReport, BakeSettings, Cluster, Emitter, InvalidParts, LightSample, LightmapLayout, Probe, Surfel,
     SurfelGroup,
@@ -20,9 +22,6 @@ use crate::{
 
 /// What [`BakedParts::receiver_errors`] has for the wanted error.
 pub const ERROR_STEPS: f32 = 64.0;
-
-/// The gain of a relight ray whose light counts as it is, see [`BakedParts::relight_gains`].
-pub const GAIN_STEPS: u8 = 128;
 
 /// Stands for "no such index".
 pub const NONE: u32 = u32::MAX;

@@ -51,12 +51,13 @@ mod validate;
 mod write;
 
 pub use atomic_file::write_atomically;
-pub use baked_scene::{BakedParts, BakedScene, ERROR_STEPS, GAIN_STEPS, NONE};
+pub use baked_scene::{BakedParts, BakedScene, ERROR_STEPS, NONE};
 pub use border_blends::BorderBlend;
 pub use cluster::Cluster;
 pub use error::{AssetError, DecodeError, InvalidParts};
 pub use info::{BakedInfo, SectionInfo};
 pub use light::{Emitter, LightSample, Probe, Surfel, SurfelGroup};
 pub use lightmap_layout::{LightmapFace, LightmapLayout};
+pub use packed::GAIN_STEPS;
 pub use settings::{BakeReport, BakeSettings, Method, Metric, Storage};
 pub use validate::{MAX_RELIGHT_RAYS, MAX_SH_DEGREE};

@@ -2,9 +2,26 @@
 //!
 //! A line (a row of ΣVᵀ or a column of U) starts at a word. Within a word the first value has the lowest bits,
 //! as WGSL's `unpack2x16float` and `unpack4x8snorm` read them.
+//!
+//! The constants by which other stored numbers become light are here too. Shaders repeat them, which a test compares.
 
 use bytemuck::{Pod, Zeroable};
 use half::f16;
+
+/// The gain of a relight ray whose light counts as it is, see [`BakedScene::relight_gains`](crate::BakedScene::relight_gains).
+pub const GAIN_STEPS: u8 = 128;
+
+/// Steps of a column's exponent that halve its factor.
+pub const EXPONENT_STEPS: u8 = 8;
+
+/// Steepest slope that is continued across a border between clusters, per texel, as a share of the irradiance: beyond, it
+/// is the edge of a shadow, not a gradient.
+pub const STEEPEST_SLOPE: f32 = 0.25;
+
+/// Factor of a column of ΣVᵀ with an exponent e: 2^(−e/8).
+pub fn column_factor(exponent: u8) -> f32 {
+    (-f32::from(exponent) / f32::from(EXPONENT_STEPS)).exp2()
+}
 
 /// How the values of a line are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

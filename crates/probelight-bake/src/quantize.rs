@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use probelight_asset::ERROR_STEPS;
-use probelight_asset::packed::{Precision, Ranks};
+use probelight_asset::packed::{EXPONENT_STEPS, Precision, Ranks, column_factor};
 use serde::{Deserialize, Serialize};
 
 use crate::error_feedback::{ErrorFeedback, ROUNDING_VARIANCE};
@@ -53,9 +53,6 @@ pub(crate) struct PackedFactors {
     pub(crate) receiver_errors: Vec<u8>,
 }
 
-/// Column exponents count eighths of octaves.
-const STEPS_PER_OCTAVE: f32 = 8.0;
-
 /// What the bits of a cluster are weighed by.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Aim {
@@ -73,7 +70,7 @@ pub(crate) struct Aim {
 /// are not worth it.
 pub(crate) fn quantize(factors: &Factors<'_>, metric: &SignalMetric, aim: Aim) -> PackedFactors {
     let scales = Scales::of(factors, metric);
-    let columns: Vec<f32> = scales.column_exponents.iter().map(column_factor).collect();
+    let columns: Vec<f32> = scales.column_exponents.iter().copied().map(column_factor).collect();
     let feedback = ErrorFeedback::new(metric, &columns);
     let noise = RoundingNoise::of(factors, &scales, &feedback);
     let (receiver_ranks, signal_ranks) = choose_ranks(factors, &noise, aim);
@@ -182,14 +179,14 @@ impl Scales {
         };
         let sizes: Vec<f32> = (0..columns).map(size).collect();
         let largest = sizes.iter().fold(f32::MIN_POSITIVE, |a, b| a.max(*b));
-        let exponent = |size: &f32| ((-STEPS_PER_OCTAVE * (size / largest).log2()).max(0.0)) as u8;
+        let exponent = |size: &f32| ((-f32::from(EXPONENT_STEPS) * (size / largest).log2()).max(0.0)) as u8;
         let column_exponents: Vec<u8> = sizes.iter().map(exponent).collect();
         let largest_or_one = |values: &mut dyn Iterator<Item = f32>| {
             let largest = values.fold(0f32, |largest, value| largest.max(value.abs()));
             if largest > 0.0 { largest } else { 1.0 }
         };
         let row = |k| {
-            let scaled = |(c, exponent)| factors.w[(k, c)] / column_factor(exponent);
+            let scaled = |(c, exponent): (usize, &u8)| factors.w[(k, c)] / column_factor(*exponent);
             largest_or_one(&mut column_exponents.iter().enumerate().map(scaled))
         };
         Self {
@@ -198,11 +195,6 @@ impl Scales {
             column_exponents,
         }
     }
-}
-
-/// The factor that a column's exponent stands for.
-fn column_factor(exponent: &u8) -> f32 {
-    (-f32::from(*exponent) / STEPS_PER_OCTAVE).exp2()
 }
 
 /// Energy that rounding each component to steps of 1 adds; it grows with the square of the step.
@@ -305,7 +297,7 @@ pub(crate) mod tests {
         };
         let u = lines(packed.receiver_ranks, &packed.receiver_basis, receivers);
         let w = lines(packed.signal_ranks, &packed.signal_basis, columns);
-        let scale = |k: usize, c: usize| packed.row_scales[k] * column_factor(&packed.column_exponents[c]);
+        let scale = |k: usize, c: usize| packed.row_scales[k] * column_factor(packed.column_exponents[c]);
         let w = Mat::from_fn(w.nrows(), columns, |k, c| w[(k, c)] * scale(k, c));
         u.transpose() * w
     }

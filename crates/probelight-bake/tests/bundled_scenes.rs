@@ -52,7 +52,7 @@ fn the_floor_under_the_blocks_costs_no_receivers() {
         let baked = quick_bake(name, Method::Hybrid);
         let lighting = Lighting { sky: Sky::Uniform(Vec3::ONE), ..Lighting::default() };
         let mut runtime = Runtime::new(Arc::new(baked));
-        runtime.set_lighting(lighting);
+        runtime.set_lighting(lighting).unwrap();
         runtime.converge(1e-3, 50);
         // The middles of the two blocks, and the floor beside them.
         [[1.86, 1.69], [3.68, 3.51], [3.68, 1.7], [1.7, 3.6]]

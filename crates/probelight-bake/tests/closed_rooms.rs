@@ -5,7 +5,8 @@ mod support;
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use probelight_asset::{BakedScene, Cluster, GAIN_STEPS, Method, Metric, NONE, Storage};
+use probelight_asset::packed::{GAIN_STEPS, column_factor};
+use probelight_asset::{BakedScene, Cluster, Method, Metric, NONE, Storage};
 use probelight_bake::{BakeOptions, bake};
 use probelight_math::directions::weighted_basis;
 use probelight_math::glam::Vec3;
@@ -59,8 +60,7 @@ fn irradiance(baked: &BakedScene, cluster: &Cluster, signals: &[f32]) -> Vec<f32
     for k in 0..cluster.rank() as usize {
         let precision = cluster.signal_ranks.precision(k);
         let row = &basis[cluster.signal_ranks.line_start(k, columns)..];
-        let scaled =
-            |c: usize| precision.unpack(row, c) * (-f32::from(exponents[c]) / 8.0).exp2() * signals[c];
+        let scaled = |c: usize| precision.unpack(row, c) * column_factor(exponents[c]) * signals[c];
         let coefficient =
             (0..columns).map(scaled).sum::<f32>() * baked.row_scales[cluster.row_scale_offset as usize + k];
         let line = &u[cluster.receiver_ranks.line_start(k, height)..];
@@ -163,7 +163,7 @@ fn an_error_that_is_asked_for_is_kept_by_every_cluster() {
 fn brightest_of_rooms(baked: BakedScene, lamp: Vec3) -> [f32; 2] {
     let mut runtime = Runtime::new(Arc::new(baked));
     let lights = vec![Light::Point { position: lamp, intensity: Vec3::splat(20.0), range: None }];
-    runtime.set_lighting(Lighting { lights, ..Lighting::default() });
+    runtime.set_lighting(Lighting { lights, ..Lighting::default() }).unwrap();
     runtime.converge(1e-4, 50);
     // Room A and room C begin at these x; both are 5 m deep in z.
     [0.4, 6.4].map(|west| {

@@ -33,7 +33,7 @@ impl Case {
     fn irradiance(&self, points: &[(Vec3, Vec3)]) -> Vec<(f32, f32)> {
         let lighting = Lighting { sky: Sky::Uniform(Vec3::ONE), ..Lighting::default() };
         let mut runtime = Runtime::new(Arc::new(self.baked.clone()));
-        runtime.set_lighting(lighting.clone());
+        runtime.set_lighting(lighting.clone()).unwrap();
         runtime.converge(1e-4, 50);
         let path_tracer = PathTracer::new(Arc::new(Tracer::new(self.scene.clone())), lighting);
         let truth = path_tracer.irradiance_of_points(points, 64, 0, &Silent).unwrap();

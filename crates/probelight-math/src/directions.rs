@@ -93,8 +93,12 @@ pub fn quadrature_weights(directions: &[Vec3], exact_degree: usize) -> Vec<f32> 
 /// The sum over directions of radiance times such a row is exact for radiance of that degree, where there are
 /// directions enough ([`quadrature_weights`]).
 pub fn weighted_basis(directions: &[Vec3], degree: usize) -> Vec<f32> {
+    basis_table(directions, &quadrature_weights(directions, 2 * degree), degree)
+}
+
+/// Basis values up to `degree` times a weight for each direction: all of the first direction, all of the second, …
+pub fn basis_table(directions: &[Vec3], weights: &[f32], degree: usize) -> Vec<f32> {
     let basis = Basis::new(degree);
-    let weights = quadrature_weights(directions, 2 * degree);
     let mut table = vec![0.0; directions.len() * basis.len()];
     let rows = table.chunks_exact_mut(basis.len());
     for ((direction, weight), row) in directions.iter().zip(weights).zip(rows) {

@@ -10,7 +10,7 @@ use std::f32::consts::FRAC_1_PI;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_math::sampling::{hash_pair, sobol_owen};
 use probelight_runtime::Runtime;
-use probelight_runtime::cpu::SurfaceColors;
+use probelight_runtime::SurfaceColors;
 use probelight_scene::{Camera, Lighting, Scene};
 use probelight_trace::{Cancelled, Hit, Progress, Ray, Tracer, direct_irradiance};
 use rayon::prelude::*;

@@ -29,6 +29,20 @@ pub struct ToneMap {
 /// maps to 18 % grey, the middle of a photographer's scale.
 const MIDDLE_GREY_IN: f32 = 0.27;
 
+/// Mixes the channels a little before the curve.
+pub(crate) const MIX: Mat3 = Mat3::from_cols_array(&[
+    0.597_19, 0.076_00, 0.028_40, //
+    0.354_58, 0.908_34, 0.133_83, //
+    0.048_23, 0.015_66, 0.837_77,
+]);
+
+/// And back, with the primaries of sRGB.
+pub(crate) const UNMIX: Mat3 = Mat3::from_cols_array(&[
+    1.604_75, -0.102_08, -0.003_27, //
+    -0.531_08, 1.108_13, -0.072_76, //
+    -0.073_67, -0.006_05, 1.076_02,
+]);
+
 impl ToneMap {
     /// The exposure for `image`. A black picture, or one without a finite pixel, is left as it is.
     pub fn new(exposure: Exposure, image: &Image) -> Self {
@@ -88,21 +102,11 @@ fn geometric_mean_luminance(pixels: &[Vec3]) -> Option<f32> {
 
 /// The filmic curve on exposed linear Rec. 709; the result is in [0, 1].
 fn filmic(exposed: Vec3) -> Vec3 {
-    let mix = Mat3::from_cols_array(&[
-        0.597_19, 0.076_00, 0.028_40, //
-        0.354_58, 0.908_34, 0.133_83, //
-        0.048_23, 0.015_66, 0.837_77,
-    ]);
-    let unmix = Mat3::from_cols_array(&[
-        1.604_75, -0.102_08, -0.003_27, //
-        -0.531_08, 1.108_13, -0.072_76, //
-        -0.073_67, -0.006_05, 1.076_02,
-    ]);
     // Beyond 1e6 the curve is flat; the clamp keeps infinities out of the quotient.
-    let v = mix * exposed.clamp(Vec3::ZERO, Vec3::splat(1e6));
+    let v = MIX * exposed.clamp(Vec3::ZERO, Vec3::splat(1e6));
     let numerator = v * (v + 0.024_578_6) - 0.000_090_537;
     let denominator = v * (0.983_729 * v + 0.432_951) + 0.238_081;
-    (unmix * (numerator / denominator)).clamp(Vec3::ZERO, Vec3::ONE)
+    (UNMIX * (numerator / denominator)).clamp(Vec3::ZERO, Vec3::ONE)
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ fn radiance_below(gpu: &GpuDevice, material: Material, shading: Shading) -> Vec3
     let mut lit = baked_cornell_of(&material);
     let position = vec3(4.6, HEIGHT, 0.8);
     let lamp = Light::Point { position, intensity: INTENSITY, range: None };
-    lit.runtime.set_lighting(Lighting { lights: vec![lamp], ..Lighting::default() });
+    lit.runtime.set_lighting(Lighting { lights: vec![lamp], ..Lighting::default() }).unwrap();
     lit.camera = Camera {
         name: "down".into(),
         position,

@@ -1,4 +1,4 @@
-//! Time of each stage at 120,000 receivers, and of reading as many bytes as a frame reads: the ratio of the two
+//! Time of each stage at 120,000 receivers, and of reading as many bytes as a frame moves: the ratio of the two
 //! says how far a frame is from what memory allows.
 //!
 //! `cargo bench -p probelight-runtime`
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use criterion::{Criterion, criterion_group, criterion_main};
 use probelight_asset::BakedScene;
 use probelight_runtime::synthetic::{SyntheticSize, synthetic_lighting, synthetic_room};
-use probelight_runtime::{FrameTimings, Runtime, frame_bytes};
+use probelight_runtime::{FrameInput, PerStage, Runtime, Stage, StageTimings, stage_bytes};
 use probelight_scene::Lighting;
 use rayon::prelude::*;
 
@@ -43,8 +43,8 @@ fn stages(criterion: &mut Criterion) {
         [("paper", SyntheticSize::paper(RECEIVERS)), ("hybrid", SyntheticSize::hybrid(RECEIVERS))]
     {
         let mut runtime = Runtime::new(Arc::new(BakedScene::new(synthetic_room(size)).unwrap()));
-        runtime.set_lighting(synthetic_lighting());
-        runtime.step();
+        runtime.set_lighting(synthetic_lighting()).unwrap();
+        runtime.step(&FrameInput::default());
         bench_stages(criterion, name, &mut runtime);
         report_ratio(name, &mut runtime);
     }
@@ -52,21 +52,20 @@ fn stages(criterion: &mut Criterion) {
 
 fn bench_stages(criterion: &mut Criterion, name: &str, runtime: &mut Runtime) {
     let mut group = criterion.benchmark_group(name);
-    let mut bench_stage = |name: &str, of: fn(&FrameTimings) -> Duration| {
-        group.bench_function(name, |b| b.iter_custom(|n| (0..n).map(|_| of(&runtime.step())).sum()));
+    let mut bench = |name: &str, of: &dyn Fn(&StageTimings) -> Duration| {
+        let mut frame = || of(&runtime.step(&FrameInput::default()));
+        group.bench_function(name, |b| b.iter_custom(|n| (0..n).map(|_| frame()).sum()));
     };
-    bench_stage("light_surfels", |t| t.light_surfels);
-    bench_stage("relight_probes", |t| t.relight_probes);
-    bench_stage("project_clusters", |t| t.project_clusters);
-    bench_stage("gather_receivers", |t| t.gather_receivers);
-    bench_stage("dilate_lightmap", |t| t.dilate_lightmap);
-    bench_stage("frame", FrameTimings::total);
+    for stage in Stage::ALL.into_iter().filter(|stage| stage.is_on_cpu()) {
+        bench(stage.name(), &|timings| timings.stages[stage]);
+    }
+    bench("frame", &|timings| timings.frame);
     group.bench_function("frame_with_shadow_rays", |b| {
         b.iter_custom(|n| {
             let frame = |i| {
                 let lights = if i % 2 == 0 { Vec::new() } else { synthetic_lighting().lights };
-                runtime.set_lighting(Lighting { lights, ..synthetic_lighting() });
-                runtime.step().total()
+                runtime.set_lighting(Lighting { lights, ..synthetic_lighting() }).unwrap();
+                runtime.step(&FrameInput::default()).frame
             };
             // Half of the frames have no lights, hence no shadow rays.
             (0..2 * n).map(frame).sum()
@@ -81,11 +80,11 @@ fn report_ratio(name: &str, runtime: &mut Runtime) {
     let baseline =
         shortest(20, || timed(|| assert_eq!(black_box(read(black_box(&words))), words.len() as u64)));
     let bytes_per_second = BASELINE_BYTES as f64 / baseline.as_secs_f64();
-    let frame = shortest(200, || runtime.step().total());
-    let bytes = frame_bytes(runtime.baked());
+    let frame = shortest(200, || runtime.step(&FrameInput::default()).frame);
+    let bytes: u64 = stage_bytes(runtime.baked(), runtime.plan(), false).values().iter().sum();
     let floor = bytes as f64 / bytes_per_second;
     println!(
-        "{name}: {:.1} bytes per receiver; memory: {:.1} GB/s; frame: {:.2} ms for {:.1} MB, {:.2} ms to read them: ratio {:.2}",
+        "{name}: {:.1} bytes per receiver; memory: {:.1} GB/s; frame: {:.2} ms for {:.1} MB, {:.2} ms to read as many: ratio {:.2}",
         runtime.baked().matrix_bytes_per_receiver(),
         bytes_per_second * 1e-9,
         frame.as_secs_f64() * 1e3,
@@ -93,14 +92,14 @@ fn report_ratio(name: &str, runtime: &mut Runtime) {
         floor * 1e3,
         frame.as_secs_f64() / floor
     );
-    let mut best = [Duration::MAX; 5];
+    let mut best = PerStage::from_fn(|_| Duration::MAX);
     for _ in 0..200 {
-        let t = runtime.step();
-        let stages =
-            [t.light_surfels, t.relight_probes, t.project_clusters, t.gather_receivers, t.dilate_lightmap];
-        best = std::array::from_fn(|i| best[i].min(stages[i]));
+        let timings = runtime.step(&FrameInput::default());
+        best = PerStage::from_fn(|stage| best[stage].min(timings.stages[stage]));
     }
-    println!("shortest light, relight, project, gather, dilate: {best:?}");
+    for stage in Stage::ALL.into_iter().filter(|stage| stage.is_on_cpu()) {
+        println!("shortest {}: {:?}", stage.name(), best[stage]);
+    }
 }
 
 criterion_group! {

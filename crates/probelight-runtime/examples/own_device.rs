@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
+use probelight_runtime::FrameInput;
 use probelight_runtime::gpu::{GpuOptions, GpuRuntime, readback};
 use probelight_runtime::synthetic::{SyntheticSize, synthetic_room};
 use probelight_scene::{Light, Lighting, Sky};
@@ -52,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         runtime.set_lighting(Lighting { lights: vec![sun], sky, ..Lighting::default() })?;
 
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        runtime.encode(&mut encoder);
+        runtime.encode(&FrameInput::default(), &mut encoder);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, &group, &[]);

@@ -1,5 +1,7 @@
 //! Why the runtime refused its input.
 
+use probelight_scene::Unusable;
+
 /// Why a change to a scene was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum RuntimeError {
@@ -19,4 +21,16 @@ pub enum RuntimeError {
         /// The material.
         material: usize,
     },
+    /// A light or sky that makes no sense.
+    #[error(transparent)]
+    Lighting(#[from] Unusable),
+    /// Settings that are no levels of detail.
+    #[error("levels of detail: {reason}")]
+    InvalidLod {
+        /// What must be.
+        reason: &'static str,
+    },
+    /// A plan for another scene.
+    #[error("the plan is one for another scene: make one for this scene")]
+    ForeignPlan,
 }

@@ -1,9 +1,12 @@
 //! The frame's result: irradiance per lightmap texel.
 
+#[cfg(feature = "cpu")]
 use probelight_asset::LightmapLayout;
 use probelight_math::glam::{Vec2, Vec3};
+#[cfg(feature = "cpu")]
 use probelight_trace::Tracer;
 
+#[cfg(feature = "cpu")]
 use crate::find_face::find_face;
 
 /// Irradiance that the signals bring: light that bounced, the sky, and emissive surfaces, W/m².
@@ -53,6 +56,7 @@ impl IrradianceLightmap {
     /// Irradiance (W/m²) of the surface at a world position, on its side towards `normal` (unit). `None` if the
     /// tracer's scene has no such surface within a thousandth of its diagonal. Sides without light of their own,
     /// such as the insides of solids, are dark.
+    #[cfg(feature = "cpu")]
     pub fn irradiance_at(
         &self,
         tracer: &Tracer,

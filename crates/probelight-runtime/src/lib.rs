@@ -17,7 +17,7 @@
 //!
 //! use probelight_asset::BakedScene;
 //! use probelight_math::glam::Vec3;
-//! use probelight_runtime::Runtime;
+//! use probelight_runtime::{FrameInput, Runtime};
 //! use probelight_scene::{Light, Lighting, Sky};
 //!
 //! let baked = BakedScene::read("atrium.plight".as_ref())?;
@@ -25,11 +25,11 @@
 //!
 //! let sun = Light::Directional { direction: Vec3::new(0.3, -0.9, 0.1).normalize(), irradiance: Vec3::splat(4.0) };
 //! let sky = Sky::Uniform(Vec3::new(0.4, 0.6, 1.0));
-//! runtime.set_lighting(Lighting { lights: vec![sun], sky, ..Lighting::default() });
+//! runtime.set_lighting(Lighting { lights: vec![sun], sky, ..Lighting::default() })?;
 //! runtime.set_base_color(0, Vec3::new(0.8, 0.1, 0.1))?;
 //!
-//! let timings = runtime.step();
-//! println!("one frame: {:?}", timings.total());
+//! let timings = runtime.step(&FrameInput::default());
+//! println!("one frame: {:?}", timings.frame);
 //!
 //! let convergence = runtime.converge(1e-3, 100);
 //! println!("converged after {} bounces", convergence.steps);
@@ -39,24 +39,46 @@
 //! # }
 //! ```
 //!
-//! `gpu::GpuRuntime` is the same on a GPU (feature `gpu`, on by default), with a device and command encoders of the
-//! caller's.
+//! `gpu::GpuRuntime` is the same on a GPU, with a device and command encoders of the caller's.
+//!
+//! Both compute what a [`FramePlan`] says: everything, or less by [`LodSettings`] and what [`FrameInput`] tells about the
+//! frame.
+//!
+//! | feature | on by default | what it brings |
+//! | --- | --- | --- |
+//! | `cpu` | yes | `Runtime`, with shadow rays and threads |
+//! | `gpu` | yes | `gpu::GpuRuntime`, by Vulkan, Metal, Direct3D 12 or WebGPU |
+//! | `blocking` | yes | functions that wait for the GPU: constructors, reading back, measuring |
+//!
+//! In browsers (`wasm32-unknown-unknown`) take `gpu` alone.
 //!
 //! The lightmap holds what arrives by way of surfels and probes: light that bounced, the sky, emissive surfaces.
 //! Renderers add the direct light of the analytic lights, which is sharper than a lightmap could hold.
 
+mod convergence;
+#[cfg(feature = "cpu")]
 pub mod cpu;
 mod error;
+#[cfg(feature = "cpu")]
 mod find_face;
-mod frame_bytes;
+mod frame;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod irradiance_lightmap;
+#[cfg(feature = "cpu")]
 mod runtime;
 mod scene_state;
+mod sky_signals;
+mod surface_colors;
 pub mod synthetic;
 
+pub use convergence::Convergence;
 pub use error::RuntimeError;
-pub use frame_bytes::{frame_bytes, stage_bytes};
+pub use frame::{
+    Budget, ClusterExtent, FrameInput, FramePlan, LodLevel, LodSettings, PerStage, Planner, ProbeExtent,
+    Stage, StageTimings, View, stage_bytes,
+};
 pub use irradiance_lightmap::IrradianceLightmap;
-pub use runtime::{Convergence, FrameTimings, Runtime};
+#[cfg(feature = "cpu")]
+pub use runtime::Runtime;
+pub use surface_colors::SurfaceColors;

@@ -1,20 +1,23 @@
 //! The runtime: a baked scene, its present lighting and materials, and the stages of a frame.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 use probelight_scene::Lighting;
 use probelight_trace::Tracer;
 
-use crate::cpu::{
-    ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, ScalarSignals, SurfaceColors,
-};
+use crate::convergence::relative_change;
+use crate::cpu::{ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, ScalarSignals};
+use crate::frame::FramePlans;
 use crate::scene_state::SceneState;
-use crate::{IrradianceLightmap, RuntimeError};
+use crate::{
+    Convergence, FrameInput, FramePlan, IrradianceLightmap, LodSettings, RuntimeError, Stage, StageTimings,
+    SurfaceColors,
+};
 
-/// Lights a baked scene, frame by frame.
+/// Lights a baked scene, frame by frame. Feature `cpu`, on by default.
 ///
 /// Work is divided among the threads of the rayon pool that calls; the result does not depend on their number.
 /// After the first frame, [`step`](Self::step) allocates nothing.
@@ -22,49 +25,13 @@ pub struct Runtime {
     baked: Arc<BakedScene>,
     tracer: Tracer,
     state: SceneState,
+    plans: FramePlans,
     signals: ScalarSignals,
     probes: ProbeRadiance,
     coefficients: ClusterCoefficients,
     receivers: ReceiverIrradiance,
     dilation: Dilation,
     lightmap: IrradianceLightmap,
-}
-
-/// How long each stage of a frame took.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct FrameTimings {
-    /// Radiance of the surfels, with shadow rays if lights changed.
-    pub light_surfels: Duration,
-    /// Projection to spherical harmonics.
-    pub relight_probes: Duration,
-    /// Coefficients of the clusters.
-    pub project_clusters: Duration,
-    /// Irradiance of the receivers.
-    pub gather_receivers: Duration,
-    /// Texels around the charts.
-    pub dilate_lightmap: Duration,
-}
-
-impl FrameTimings {
-    /// All stages together.
-    pub fn total(&self) -> Duration {
-        self.light_surfels
-            + self.relight_probes
-            + self.project_clusters
-            + self.gather_receivers
-            + self.dilate_lightmap
-    }
-}
-
-/// How [`Runtime::converge`] ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Convergence {
-    /// Frames computed.
-    pub steps: usize,
-    /// Relative change of the receivers' irradiance in the last frame (root mean square). Bounces fade
-    /// geometrically: where each keeps a share q of the one before, what is still missing is about
-    /// `change · q / (1 − q)`.
-    pub change: f64,
 }
 
 impl Runtime {
@@ -74,6 +41,7 @@ impl Runtime {
         Self {
             tracer: Tracer::new(Arc::clone(&baked.scene)),
             state: SceneState::new(&baked),
+            plans: FramePlans::new(&baked),
             signals: ScalarSignals::new(&baked),
             probes: ProbeRadiance::new(&baked),
             coefficients: ClusterCoefficients::new(&baked),
@@ -100,8 +68,11 @@ impl Runtime {
     }
 
     /// Changes the light sources. Shadow rays are traced again only if an analytic light changed.
-    pub fn set_lighting(&mut self, lighting: Lighting) {
-        self.state.set_lighting(lighting);
+    ///
+    /// # Errors
+    /// If a number of the lighting is not finite or negative where light cannot be; then it stays as it was.
+    pub fn set_lighting(&mut self, lighting: Lighting) -> Result<(), RuntimeError> {
+        self.state.set_lighting(lighting)
     }
 
     /// A material's present colours.
@@ -125,45 +96,92 @@ impl Runtime {
         self.state.set_emission(material, radiance)
     }
 
+    /// The levels of detail by which frames are planned.
+    pub fn lod(&self) -> &LodSettings {
+        self.plans.lod()
+    }
+
+    /// Changes the levels of detail from the next frame on.
+    ///
+    /// # Errors
+    /// See [`LodSettings::check`].
+    pub fn set_lod(&mut self, lod: LodSettings) -> Result<(), RuntimeError> {
+        self.plans.set_lod(lod)
+    }
+
+    /// What the last frame computed.
+    pub fn plan(&self) -> &FramePlan {
+        self.plans.plan()
+    }
+
     /// Computes one frame, which adds one bounce to the lightmap.
-    pub fn step(&mut self) -> FrameTimings {
-        let baked = &*self.baked;
-        let mut timings = FrameTimings::default();
-        timed(&mut timings.light_surfels, || {
-            let stale = self.state.take_stale();
-            let SceneState { lighting, colors, .. } = &self.state;
-            if stale.direct {
-                self.signals.trace_direct(baked, &self.tracer, &lighting.lights);
-            }
-            if stale.direct || stale.shading {
-                self.signals.shade(baked, lighting, colors);
-            }
-            if stale.sky {
-                self.signals.project_sky(baked, &lighting.sky);
-                self.probes.see_sky(baked, &lighting.sky);
-            }
-            self.signals.light_surfels(baked, &self.lightmap);
-        });
-        let surfels = &self.signals.values()[..baked.surfels.len()];
-        timed(&mut timings.relight_probes, || self.probes.relight_probes(baked, surfels));
-        timed(&mut timings.project_clusters, || {
-            self.coefficients.project_clusters(baked, self.signals.values(), &self.probes);
-        });
-        timed(&mut timings.gather_receivers, || {
-            self.receivers.gather_receivers(baked, self.coefficients.values(), &mut self.lightmap);
-        });
-        timed(&mut timings.dilate_lightmap, || {
-            self.dilation.dilate_lightmap(self.receivers.values(), &mut self.lightmap);
-        });
+    pub fn step(&mut self, input: &FrameInput) -> StageTimings {
+        let start = Instant::now();
+        self.plans.plan_frame(&self.baked, input);
+        self.run_stages(start)
+    }
+
+    /// Computes one frame by a plan of the caller's.
+    ///
+    /// # Errors
+    /// [`RuntimeError::ForeignPlan`] if the plan is one for another scene.
+    pub fn step_with(&mut self, plan: &FramePlan) -> Result<StageTimings, RuntimeError> {
+        let start = Instant::now();
+        self.plans.set_plan(&self.baked, plan)?;
+        Ok(self.run_stages(start))
+    }
+
+    fn run_stages(&mut self, start: Instant) -> StageTimings {
+        let mut timings = StageTimings::default();
+        for stage in Stage::ALL.into_iter().filter(|stage| stage.is_on_cpu()) {
+            let start = Instant::now();
+            self.run_stage(stage);
+            timings.stages[stage] = start.elapsed();
+        }
+        timings.frame = start.elapsed();
         timings
     }
 
-    /// Computes frames until the relative change of the lightmap is at most `tolerance`, at most `max_steps`.
+    fn run_stage(&mut self, stage: Stage) {
+        let (baked, plan) = (&*self.baked, self.plans.plan());
+        let (signals, lightmap) = (&mut self.signals, &mut self.lightmap);
+        match stage {
+            Stage::LightSurfels => {
+                let stale = self.state.take_stale();
+                let SceneState { lighting, colors, .. } = &self.state;
+                if stale.direct {
+                    signals.trace_direct(baked, &self.tracer, &lighting.lights);
+                }
+                if stale.direct || stale.shading {
+                    signals.shade(baked, lighting, colors);
+                }
+                if stale.sky {
+                    signals.project_sky(baked, &lighting.sky);
+                    self.probes.see_sky(baked, &lighting.sky);
+                }
+                signals.light_surfels(baked, lightmap);
+            }
+            Stage::RelightProbes => {
+                self.probes.relight_probes(baked, plan, &signals.values()[..baked.surfels.len()]);
+            }
+            Stage::ProjectClusters => {
+                self.coefficients.project_clusters(baked, plan, signals.values(), &self.probes);
+            }
+            Stage::GatherReceivers => {
+                self.receivers.gather_receivers(baked, plan, self.coefficients.values(), lightmap);
+            }
+            Stage::DilateLightmap => self.dilation.dilate_lightmap(self.receivers.values(), lightmap),
+            // The CPU's renderer takes several samples per pixel instead.
+            Stage::ReduceLightmap => {}
+        }
+    }
+
+    /// Computes frames without a view until the relative change of the lightmap is at most `tolerance`, at most `max_steps`.
     pub fn converge(&mut self, tolerance: f64, max_steps: usize) -> Convergence {
         let mut previous = self.receivers.values().to_vec();
         let mut convergence = Convergence { steps: 0, change: f64::INFINITY };
         while convergence.steps < max_steps && convergence.change > tolerance {
-            self.step();
+            self.step(&FrameInput::default());
             convergence.steps += 1;
             convergence.change = relative_change(&previous, self.receivers.values());
             previous.copy_from_slice(self.receivers.values());
@@ -213,20 +231,4 @@ impl Runtime {
     pub fn receiver_irradiance(&self) -> &[Vec3] {
         self.receivers.values()
     }
-}
-
-fn timed(duration: &mut Duration, stage: impl FnOnce()) {
-    let start = Instant::now();
-    stage();
-    *duration = start.elapsed();
-}
-
-/// Root-mean-square difference relative to the root mean square of `now`; 0 if both are dark.
-pub(crate) fn relative_change(before: &[Vec3], now: &[Vec3]) -> f64 {
-    let (mut difference, mut total) = (0.0, 0.0);
-    for (before, now) in before.iter().zip(now) {
-        difference += (*now - *before).as_dvec3().length_squared();
-        total += now.as_dvec3().length_squared();
-    }
-    if difference == 0.0 { 0.0 } else { (difference / total).sqrt() }
 }

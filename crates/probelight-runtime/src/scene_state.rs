@@ -4,8 +4,7 @@ use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 use probelight_scene::Lighting;
 
-use crate::RuntimeError;
-use crate::cpu::SurfaceColors;
+use crate::{RuntimeError, SurfaceColors};
 
 /// Present lighting and colours.
 #[derive(Clone, Debug)]
@@ -40,11 +39,14 @@ impl SceneState {
         }
     }
 
-    pub(crate) fn set_lighting(&mut self, lighting: Lighting) {
+    pub(crate) fn set_lighting(&mut self, lighting: Lighting) -> Result<(), RuntimeError> {
+        // NaN and infinity would stay in the feedback forever.
+        lighting.validate()?;
         self.stale.direct |= lighting.lights != self.lighting.lights;
         self.stale.shading |= lighting.emissive_scale != self.lighting.emissive_scale;
         self.stale.sky |= lighting.sky != self.lighting.sky;
         self.lighting = lighting;
+        Ok(())
     }
 
     pub(crate) fn set_base_color(&mut self, material: usize, base_color: Vec3) -> Result<(), RuntimeError> {

@@ -1,11 +1,12 @@
 //! A frame allocates nothing. Alone in its file, because every allocation of the process counts.
+#![cfg(feature = "cpu")]
 
 mod support;
 
 use std::alloc::System;
 use std::sync::Barrier;
 
-use probelight_runtime::Runtime;
+use probelight_runtime::{FrameInput, Runtime};
 use probelight_scene::Lighting;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use support::{SMALL, all_lights, checked, random_room};
@@ -43,15 +44,15 @@ fn frames_after_the_first_allocate_nothing() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     pool.install(|| {
         let mut runtime = Runtime::new(checked(random_room(SMALL)));
-        runtime.step();
+        runtime.step(&FrameInput::default());
         steal_once();
         let mut lightings = [all_lights(), Lighting::default(), all_lights()].into_iter();
         let in_frames = allocations(|| {
             for frame in 0..30 {
                 if frame % 10 == 0 {
-                    runtime.set_lighting(lightings.next().unwrap());
+                    runtime.set_lighting(lightings.next().unwrap()).unwrap();
                 }
-                runtime.step();
+                runtime.step(&FrameInput::default());
             }
         });
         assert_eq!(in_frames, 0);

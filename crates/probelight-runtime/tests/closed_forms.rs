@@ -1,4 +1,5 @@
 //! Baked scenes whose right answer is known on paper.
+#![cfg(feature = "cpu")]
 
 mod support;
 
@@ -8,7 +9,7 @@ use half::f16;
 use probelight_asset::packed::{Precision, Ranks};
 use probelight_asset::{BakedParts, Emitter, LightSample, NONE, Surfel, SurfelGroup};
 use probelight_math::glam::Vec3;
-use probelight_runtime::Runtime;
+use probelight_runtime::{FrameInput, Runtime};
 use probelight_scene::{Light, Lighting, Sky};
 use support::{SMALL, Size, all_lights, checked, floor_and_shade, material, random_room, single_probe};
 use support::{uniform_sky, white_sample};
@@ -21,8 +22,8 @@ fn runtime(parts: BakedParts) -> Runtime {
 fn constant_radiance_has_only_the_constant_coefficient() {
     let radiance = Vec3::new(0.5, 1.0, 2.0);
     let mut runtime = runtime(single_probe(floor_and_shade(), None, &[PI]));
-    runtime.set_lighting(uniform_sky(radiance));
-    runtime.step();
+    runtime.set_lighting(uniform_sky(radiance)).unwrap();
+    runtime.step(&FrameInput::default());
     for channel in 0..3 {
         let coefficients = runtime.probe_radiance().coefficients(0, channel);
         let expected = 2.0 * PI.sqrt() * radiance[channel];
@@ -37,8 +38,8 @@ fn constant_radiance_has_only_the_constant_coefficient() {
 #[test]
 fn sky_that_varies_has_other_coefficients_too() {
     let mut runtime = runtime(single_probe(floor_and_shade(), None, &[PI]));
-    runtime.set_lighting(all_lights());
-    runtime.step();
+    runtime.set_lighting(all_lights()).unwrap();
+    runtime.step(&FrameInput::default());
     assert!(runtime.probe_radiance().coefficients(0, 0)[1..].iter().any(|c| c.abs() > 0.01));
 }
 
@@ -53,7 +54,7 @@ fn furnace_converges_to_the_geometric_series() {
     let bounce = albedo * gain / PI;
     let mut expected = Vec3::ZERO;
     for _ in 0..4 {
-        runtime.step();
+        runtime.step(&FrameInput::default());
         expected = gain * emitted + bounce * expected;
         assert!((runtime.irradiance().texels[0] / expected).abs_diff_eq(Vec3::ONE, 1e-5));
     }
@@ -63,7 +64,7 @@ fn furnace_converges_to_the_geometric_series() {
     assert!((runtime.irradiance().texels[0] / limit).abs_diff_eq(Vec3::ONE, 2e-5));
     runtime.reset();
     assert_eq!(runtime.irradiance().texels[0], Vec3::ZERO);
-    runtime.step();
+    runtime.step(&FrameInput::default());
     assert!((runtime.irradiance().texels[0] / (gain * emitted)).abs_diff_eq(Vec3::ONE, 1e-5));
 }
 
@@ -71,7 +72,7 @@ fn furnace_converges_to_the_geometric_series() {
 fn converge_stops_at_its_limit_and_in_darkness() {
     let mut runtime = runtime(random_room(SMALL));
     assert_eq!(runtime.converge(0.0, 3).steps, 3);
-    runtime.set_lighting(Lighting { emissive_scale: 0.0, ..Lighting::default() });
+    runtime.set_lighting(Lighting { emissive_scale: 0.0, ..Lighting::default() }).unwrap();
     runtime.reset();
     let convergence = runtime.converge(1e-6, 9);
     assert_eq!((convergence.steps, convergence.change), (1, 0.0));
@@ -85,8 +86,8 @@ fn point_light_reaches_the_side_of_the_sample() {
         let mut runtime = runtime(single_probe(floor_and_shade(), Some(sample), &[1.0]));
         let position = Vec3::new(2.0, height, 0.5);
         let lights = vec![Light::Point { position, intensity: Vec3::splat(8.0 * PI), range: None }];
-        runtime.set_lighting(Lighting { lights, ..Lighting::default() });
-        runtime.step();
+        runtime.set_lighting(Lighting { lights, ..Lighting::default() }).unwrap();
+        runtime.step(&FrameInput::default());
         runtime.surfel_radiance()[0]
     };
     // L = ρ/π · I/d², with the floor's albedo.
@@ -103,8 +104,8 @@ fn shadows_fall_and_back_faces_do_not_emit() {
         sample.base_color_and_side[3] = side;
         let mut runtime = runtime(single_probe(floor_and_shade(), Some(sample), &[1.0]));
         let lights = vec![Light::Directional { direction: -Vec3::Y, irradiance: Vec3::splat(PI) }];
-        runtime.set_lighting(Lighting { lights, ..Lighting::default() });
-        runtime.step();
+        runtime.set_lighting(Lighting { lights, ..Lighting::default() }).unwrap();
+        runtime.step(&FrameInput::default());
         runtime.surfel_radiance()[0]
     };
     assert!(shine(Vec3::new(2.0, 0.0, 0.0), 0, 0).abs_diff_eq(Vec3::new(0.7, 0.5, 0.3), 1e-5));
@@ -138,7 +139,7 @@ fn surfels_are_means_of_samples_and_groups_of_surfels() {
         SurfelGroup { children: [3, 3], first_weight: 1.0 },
     ];
     let mut runtime = runtime(baked);
-    runtime.step();
+    runtime.step(&FrameInput::default());
     let expected = [
         Vec3::new(1.0 / 3.0, 1.0 / 3.0, 0.0),
         Vec3::Z,
@@ -158,9 +159,9 @@ fn emitters_shine_in_place_of_their_surfels() {
     let mut baked = emissive_floor(&[[255, 255, 255]], &[1]);
     let signals = |baked: BakedParts, lighting: Lighting| {
         let mut runtime = runtime(baked);
-        runtime.set_lighting(lighting);
+        runtime.set_lighting(lighting).unwrap();
         runtime.set_emission(0, Vec3::new(2.0, 4.0, 1.0)).unwrap();
-        runtime.step();
+        runtime.step(&FrameInput::default());
         runtime.signals().values().to_vec()
     };
     let bright = Lighting { emissive_scale: 3.0, ..Lighting::default() };
@@ -182,8 +183,8 @@ fn sky_with_signals_of_its_own_is_dark_to_probes() {
     // Linear in y, so that bands 0 and 1 hold all of it.
     let (horizon, slope) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.5, 0.0, -1.0));
     let sky = Sky::Gradient { zenith: horizon + slope, horizon, ground: horizon - slope };
-    runtime.set_lighting(Lighting { sky, ..Lighting::default() });
-    runtime.step();
+    runtime.set_lighting(Lighting { sky, ..Lighting::default() }).unwrap();
+    runtime.step(&FrameInput::default());
     assert_eq!(runtime.receiver_irradiance()[0], Vec3::ZERO);
     let signals = runtime.signals().values();
     assert_eq!(signals.len(), 9);
@@ -227,8 +228,8 @@ fn identity_matrices_pass_the_columns_in_order() {
         baked.column_exponents.fill(8);
         let numbers = baked.cluster_signals.clone();
         let mut runtime = runtime(baked);
-        runtime.set_lighting(all_lights());
-        runtime.step();
+        runtime.set_lighting(all_lights()).unwrap();
+        runtime.step(&FrameInput::default());
         let coefficient = |(probe, j): (usize, usize)| {
             Vec3::from([0, 1, 2].map(|c| runtime.probe_radiance().coefficients(probe, c)[j]))
         };

@@ -1,20 +1,21 @@
 //! Each stage on the GPU against its twin on the CPU, fed with the same input.
-#![cfg(feature = "gpu")]
+#![cfg(all(feature = "cpu", feature = "gpu", feature = "blocking"))]
 
 #[path = "support/gpu.rs"]
 mod gpu;
 mod support;
 
 use half::f16;
-use probelight_asset::BakedParts;
 use probelight_asset::packed::Ranks;
-use probelight_math::glam::Vec3;
-use probelight_runtime::Runtime;
+use probelight_asset::{BakedParts, BakedScene};
+use probelight_math::glam::{DVec3, Vec3};
+use probelight_math::sampling::Rng;
 use probelight_runtime::gpu::readback::read_texture;
-use probelight_runtime::gpu::{GpuDevice, GpuError, GpuOptions, GpuRuntime, ShadowMapOptions, Stage};
+use probelight_runtime::gpu::{GpuDevice, GpuError, GpuOptions, GpuRuntime, ShadowMapOptions};
+use probelight_runtime::{ClusterExtent, FrameInput, FramePlan, ProbeExtent, Runtime, Stage};
 use probelight_scene::{Light, Lighting};
 use probelight_trace::direct_irradiance;
-use support::{SMALL, SMALL_PAPER, Size, all_lights, checked, random_room};
+use support::{SMALL, SMALL_PAPER, Size, all_lights, checked, probe_coefficients, random_plan, random_room};
 
 /// A sum of n products of random sign in f32 is off by some √n · 6e-8 and n is about a hundred here; the orders
 /// of the sums differ, and GPUs may round 2^x and divisions by 2 in the last place.
@@ -32,33 +33,58 @@ fn options() -> GpuOptions {
 
 /// Largest difference, relative to the largest value (if there is one).
 fn difference(gpu: &[Vec3], cpu: &[Vec3]) -> f64 {
-    assert_eq!(gpu.len(), cpu.len());
-    let largest = cpu.iter().fold(0.0, |m: f32, v| m.max(v.abs().max_element()));
-    // `max` would pass over NaN.
-    let worst = |m: f32, d: f32| if d.is_nan() || d > m { d } else { m };
-    let difference = gpu.iter().zip(cpu).map(|(g, c)| (*g - *c).abs().max_element()).fold(0.0, worst);
-    f64::from(difference) / if largest > 0.0 { f64::from(largest) } else { 1.0 }
+    let cpu: Vec<DVec3> = cpu.iter().map(|value| value.as_dvec3()).collect();
+    support::difference(gpu.iter().copied(), &cpu)
 }
 
-/// The CPU's and the GPU's runtime with the same light, and with the CPU's irradiance of the frame before.
+/// What a CPU's frame leaves for the next one.
+struct Before {
+    probes: Vec<Vec3>,
+    coefficients: Vec<Vec3>,
+    irradiance: Vec<Vec3>,
+}
+
+impl Before {
+    fn of(runtime: &Runtime) -> Self {
+        Self {
+            probes: probe_coefficients(runtime),
+            coefficients: runtime.cluster_coefficients().values().iter().map(|b| Vec3::from(*b)).collect(),
+            irradiance: runtime.receiver_irradiance().to_vec(),
+        }
+    }
+}
+
+/// The CPU's and the GPU's runtime with the same light, and what the CPU had before its last frame.
 struct Twins {
     gpu: &'static GpuDevice,
     on_gpu: GpuRuntime,
     on_cpu: Runtime,
-    feedback: Vec<Vec3>,
+    before: Before,
 }
 
 impl Twins {
     fn new(gpu: &'static GpuDevice, parts: BakedParts, options: GpuOptions) -> Self {
+        let full = FramePlan::full(&checked(parts.clone()));
+        Self::with_plan(gpu, parts, options, &full)
+    }
+
+    /// After a full frame and one by `plan`.
+    fn with_plan(gpu: &'static GpuDevice, parts: BakedParts, options: GpuOptions, plan: &FramePlan) -> Self {
         let baked = checked(parts);
         let mut on_cpu = Runtime::new(baked.clone());
-        on_cpu.set_lighting(all_lights());
-        on_cpu.step();
-        let feedback = on_cpu.receiver_irradiance().to_vec();
-        on_cpu.step();
+        on_cpu.set_lighting(all_lights()).unwrap();
+        on_cpu.step(&FrameInput::default());
+        let before = Before::of(&on_cpu);
+        on_cpu.step_with(plan).unwrap();
         let mut on_gpu = GpuRuntime::new(&gpu.device, &gpu.queue, baked, options).unwrap();
         on_gpu.set_lighting(all_lights()).unwrap();
-        Self { gpu, on_gpu, on_cpu, feedback }
+        let mut twins = Self { gpu, on_gpu, on_cpu, before };
+        // The lightmap of the full frame.
+        twins.on_gpu.write_coefficients(&twins.before.coefficients);
+        twins.run(Stage::GatherReceivers);
+        twins.run(Stage::DilateLightmap);
+        twins.on_gpu.set_plan(plan).unwrap();
+        twins
     }
 
     fn run(&mut self, stage: Stage) {
@@ -83,13 +109,6 @@ impl Twins {
         let color = self.on_gpu.surface_colors(0).unwrap().base_color;
         self.on_gpu.set_base_color(0, Vec3::ONE).unwrap();
         self.on_gpu.set_base_color(0, color).unwrap();
-    }
-
-    fn probe_coefficients(&self) -> Vec<Vec3> {
-        let (baked, probes) = (self.on_cpu.baked(), self.on_cpu.probe_radiance());
-        let value = |probe, j| Vec3::from([0, 1, 2].map(|channel| probes.coefficients(probe, channel)[j]));
-        let of_probe = |probe| (0..baked.coefficients()).map(move |j| value(probe, j));
-        (0..baked.probes.len()).flat_map(of_probe).collect()
     }
 
     /// RGB and alpha of a level of the lightmap.
@@ -119,31 +138,32 @@ impl Twins {
     /// Differences of the five stages that both sides have, each fed with the CPU's input, and of the lightmap.
     fn differences(&mut self) -> [f64; 6] {
         let scalar_signals = self.on_cpu.baked().scalar_signals();
-        let (signals, probes) = (self.on_cpu.signals().values().to_vec(), self.probe_coefficients());
-        let coefficients: Vec<Vec3> =
-            self.on_cpu.cluster_coefficients().values().iter().map(|b| Vec3::from(*b)).collect();
+        let signals = self.on_cpu.signals().values().to_vec();
+        let Before { probes, coefficients, irradiance } = Before::of(&self.on_cpu);
 
         self.upload_direct();
-        self.on_gpu.write_irradiance(&self.feedback);
+        self.on_gpu.write_irradiance(&self.before.irradiance);
         self.run(Stage::LightSurfels);
         let lit = self.on_gpu.read_signals().unwrap();
         self.on_gpu.write_signals(0, &signals);
+        self.on_gpu.write_signals(scalar_signals, &self.before.probes);
         self.run(Stage::RelightProbes);
         let relit = self.on_gpu.read_signals().unwrap();
         self.on_gpu.write_signals(scalar_signals, &probes);
+        self.on_gpu.write_coefficients(&self.before.coefficients);
         self.run(Stage::ProjectClusters);
         let projected = self.on_gpu.read_coefficients().unwrap();
         self.on_gpu.write_coefficients(&coefficients);
         self.run(Stage::GatherReceivers);
         let gathered = self.on_gpu.read_irradiance().unwrap();
-        self.on_gpu.write_irradiance(self.on_cpu.receiver_irradiance());
+        self.on_gpu.write_irradiance(&irradiance);
         self.run(Stage::DilateLightmap);
         let texels: Vec<Vec3> = self.texels(0).into_iter().map(|(texel, _)| texel).collect();
         [
             difference(&lit[..scalar_signals], &signals),
             difference(&relit[scalar_signals..], &probes),
             difference(&projected, &coefficients),
-            difference(&gathered, self.on_cpu.receiver_irradiance()),
+            difference(&gathered, &irradiance),
             difference(&self.on_gpu.read_lightmap().unwrap().texels, &self.on_cpu.irradiance().texels),
             difference(&texels, &self.on_cpu.irradiance().texels),
         ]
@@ -193,15 +213,60 @@ fn stages_equal_their_twins_at_other_sizes() {
     compare(Size { probes: 7, rays: 33, ..SMALL }, options());
 }
 
+fn small_plan(baked: &BakedScene, seed: u64) -> FramePlan {
+    random_plan(baked, &mut Rng::new(seed, 0))
+}
+
+#[test]
+fn stages_equal_their_twins_where_they_compute_less() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let many =
+        Size { clusters: 3, receivers_per_cluster: 700, signals_per_cluster: 2500, sh_degree: 9, ..SMALL };
+    for (seed, size) in
+        [(1, SMALL), (2, SMALL_PAPER), (3, Size { probes: 40, rays: 300, ..SMALL }), (4, many)]
+    {
+        let parts = random_room(size);
+        let plan = small_plan(&checked(parts.clone()), seed);
+        let differences = Twins::with_plan(gpu, parts, options(), &plan).differences();
+        assert_eq!(are_small(&differences), [true; 6], "{size:?}: {differences:?}");
+    }
+}
+
+#[test]
+fn another_plan_of_the_twin_is_noticed() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let parts = random_room(SMALL);
+    let baked = checked(parts.clone());
+    let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70 };
+    let probe = ProbeExtent { rays: 30, degree: 2 };
+    let plan = |extent, probe| FramePlan::new(&baked, |_| extent, |_| probe);
+    let noticed = |other: &FramePlan| {
+        let mut twins = Twins::with_plan(gpu, parts.clone(), options(), &plan(extent, probe));
+        twins.on_gpu.set_plan(other).unwrap();
+        are_small(&twins.differences()).map(|is_small| !is_small)
+    };
+    assert_eq!(noticed(&plan(extent, probe)), [false; 6]);
+    let [_, relight, project, gather, ..] = [0, 1, 2, 3, 4, 5];
+    assert!(noticed(&plan(extent, ProbeExtent { rays: 60, ..probe }))[relight]);
+    assert!(noticed(&plan(extent, ProbeExtent { degree: 4, ..probe }))[relight]);
+    assert!(noticed(&plan(ClusterExtent { rank: 6, ..extent }, probe))[project]);
+    assert!(noticed(&plan(ClusterExtent { columns: 61, ..extent }, probe))[project]);
+    assert!(noticed(&plan(ClusterExtent { receivers: 71, ..extent }, probe))[gather]);
+}
+
 #[test]
 fn divided_arrays_change_nothing() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
     let divided = GpuOptions { largest_buffer: Some(13_500), ..options() };
-    let mut twins = Twins::new(gpu, random_room(Size { surfels: 300, ..SMALL }), divided);
-    let [surfels, clusters] = twins.on_gpu.shard_counts();
-    assert!(surfels > 1 && clusters > 1, "{surfels} and {clusters} portions");
-    let differences = twins.differences();
-    assert_eq!(are_small(&differences), [true; 6], "{differences:?}");
+    let parts = random_room(Size { surfels: 300, ..SMALL });
+    let baked = checked(parts.clone());
+    for plan in [FramePlan::full(&baked), small_plan(&baked, 5)] {
+        let mut twins = Twins::with_plan(gpu, parts.clone(), divided, &plan);
+        let [surfels, clusters] = twins.on_gpu.shard_counts();
+        assert!(surfels > 1 && clusters > 1, "{surfels} and {clusters} portions");
+        let differences = twins.differences();
+        assert_eq!(are_small(&differences), [true; 6], "{differences:?}");
+    }
 }
 
 #[test]
@@ -265,15 +330,15 @@ fn compare_frames(lighting: &Lighting, tolerance: f64) {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
     for size in [SMALL, SMALL_PAPER] {
         let mut twins = Twins::new(gpu, random_room(size), options());
-        twins.on_cpu.set_lighting(lighting.clone());
+        twins.on_cpu.set_lighting(lighting.clone()).unwrap();
         twins.on_cpu.reset();
         twins.on_gpu.set_lighting(lighting.clone()).unwrap();
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut lightmaps = Vec::new();
         for _ in 0..2 {
-            twins.on_cpu.step();
+            twins.on_cpu.step(&FrameInput::default());
             lightmaps.push(twins.on_cpu.irradiance().texels.clone());
-            twins.on_gpu.encode(&mut encoder);
+            twins.on_gpu.encode(&FrameInput::default(), &mut encoder);
         }
         gpu.queue.submit([encoder.finish()]);
         let on_gpu = twins.on_gpu.read_lightmap().unwrap().texels;
@@ -295,7 +360,7 @@ fn convergence_is_that_of_the_cpu() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
     let mut twins = Twins::new(gpu, random_room(SMALL), options());
     let lighting = Lighting { lights: Vec::new(), ..all_lights() };
-    twins.on_cpu.set_lighting(lighting.clone());
+    twins.on_cpu.set_lighting(lighting.clone()).unwrap();
     twins.on_cpu.reset();
     twins.on_gpu.set_lighting(lighting).unwrap();
     twins.on_gpu.reset();
@@ -303,4 +368,35 @@ fn convergence_is_that_of_the_cpu() {
     assert!(cpu.steps.abs_diff(on_gpu.steps) <= 1, "{cpu:?} {on_gpu:?}");
     let found = difference(&twins.on_gpu.read_irradiance().unwrap(), twins.on_cpu.receiver_irradiance());
     assert!(found < 1e-4, "{found}");
+}
+
+/// A device that can bind little refuses a scene by name, before a driver has to.
+#[test]
+fn devices_with_small_limits_refuse_large_arrays() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let open = |limit: u64| {
+        let required_limits =
+            wgpu::Limits { max_storage_buffer_binding_size: limit, ..wgpu::Limits::default() };
+        let descriptor = wgpu::DeviceDescriptor { required_limits, ..wgpu::DeviceDescriptor::default() };
+        pollster::block_on(gpu.adapter.request_device(&descriptor)).unwrap()
+    };
+    let baked = checked(random_room(SMALL));
+    let (device, queue) = open(100);
+    let refused = GpuRuntime::new(&device, &queue, baked.clone(), options()).unwrap_err();
+    assert!(matches!(refused, GpuError::TooLarge { content: "triangles", limit: 100, .. }), "{refused}");
+    let (device, queue) = open(1000);
+    let refused = GpuRuntime::new(&device, &queue, baked.clone(), options()).unwrap_err();
+    assert!(matches!(refused, GpuError::TooLarge { limit: 1000, .. }), "{refused}");
+    let (device, queue) = open(1 << 20);
+    GpuRuntime::new(&device, &queue, baked, options()).unwrap();
+}
+
+#[test]
+fn light_that_cannot_be_is_refused() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let mut twins = Twins::new(gpu, random_room(SMALL), options());
+    let light = Light::Point { position: Vec3::ZERO, intensity: Vec3::NAN, range: None };
+    let wrong = Lighting { lights: vec![light], ..Lighting::default() };
+    assert!(matches!(twins.on_gpu.set_lighting(wrong), Err(GpuError::Input(_))));
+    assert_eq!(*twins.on_gpu.lighting(), all_lights());
 }

@@ -1,10 +1,11 @@
 //! Irradiance at world positions: the right surface, the right side.
+#![cfg(feature = "cpu")]
 
 mod support;
 
 use probelight_asset::{LightmapFace, NONE};
 use probelight_math::glam::{Vec2, Vec3};
-use probelight_runtime::Runtime;
+use probelight_runtime::{FrameInput, Runtime};
 use probelight_scene::Scene;
 use support::{add_quad, checked, horizontal_quad, material, single_probe, uniform_sky};
 
@@ -29,8 +30,8 @@ fn sheet_and_wall() -> Runtime {
     baked.lightmap.faces = [0, 0, 2, 2, 3, 3, 1, 1].map(face).to_vec();
     baked.lightmap.back_faces = vec![6, 7, NONE, NONE, NONE, NONE];
     let mut runtime = Runtime::new(checked(baked));
-    runtime.set_lighting(uniform_sky(Vec3::ONE));
-    runtime.step();
+    runtime.set_lighting(uniform_sky(Vec3::ONE)).unwrap();
+    runtime.step(&FrameInput::default());
     runtime
 }
 

@@ -1,4 +1,5 @@
 //! Lights, sky and materials change between frames.
+#![cfg(feature = "cpu")]
 
 mod support;
 
@@ -6,19 +7,19 @@ use std::sync::Arc;
 
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
-use probelight_runtime::{Runtime, RuntimeError};
-use probelight_scene::{Lighting, Sky};
+use probelight_runtime::{FrameInput, Runtime, RuntimeError};
+use probelight_scene::{Light, Lighting, Sky};
 use support::{SMALL, SMALL_PAPER, all_lights, checked, random_room};
 
 fn new_runtime(baked: &Arc<BakedScene>) -> Runtime {
     let mut runtime = Runtime::new(baked.clone());
-    runtime.set_lighting(all_lights());
+    runtime.set_lighting(all_lights()).unwrap();
     runtime
 }
 
 fn after_three_steps(runtime: &mut Runtime) -> Vec<Vec3> {
     for _ in 0..3 {
-        runtime.step();
+        runtime.step(&FrameInput::default());
     }
     runtime.irradiance().texels.clone()
 }
@@ -47,7 +48,7 @@ fn moved_lights_change_the_light() {
     check_change(|runtime| {
         let mut lighting = runtime.lighting().clone();
         lighting.lights.pop();
-        runtime.set_lighting(lighting);
+        runtime.set_lighting(lighting).unwrap();
     });
 }
 
@@ -55,7 +56,7 @@ fn moved_lights_change_the_light() {
 fn another_sky_changes_the_light() {
     check_change(|runtime| {
         let sky = Sky::Uniform(Vec3::new(1.0, 0.0, 2.0));
-        runtime.set_lighting(Lighting { sky, ..runtime.lighting().clone() });
+        runtime.set_lighting(Lighting { sky, ..runtime.lighting().clone() }).unwrap();
     });
 }
 
@@ -63,7 +64,7 @@ fn another_sky_changes_the_light() {
 fn emission_and_its_scale_change_the_light() {
     check_change(|runtime| runtime.set_emission(1, Vec3::new(0.0, 7.0, 0.0)).unwrap());
     check_change(|runtime| {
-        runtime.set_lighting(Lighting { emissive_scale: 0.0, ..runtime.lighting().clone() });
+        runtime.set_lighting(Lighting { emissive_scale: 0.0, ..runtime.lighting().clone() }).unwrap();
     });
 }
 
@@ -76,13 +77,13 @@ fn base_color_changes_the_light() {
 fn changes_reach_the_next_frame_without_reset() {
     let baked = checked(random_room(SMALL));
     let mut runtime = new_runtime(&baked);
-    runtime.step();
+    runtime.step(&FrameInput::default());
     let dark = Lighting { emissive_scale: 0.0, ..Lighting::default() };
     for black in 0..baked.scene.materials.len() {
         runtime.set_base_color(black, Vec3::ZERO).unwrap();
     }
-    runtime.set_lighting(dark);
-    runtime.step();
+    runtime.set_lighting(dark).unwrap();
+    runtime.step(&FrameInput::default());
     assert!(runtime.irradiance().texels.iter().all(|e| *e == Vec3::ZERO));
 }
 
@@ -93,7 +94,7 @@ fn result_does_not_depend_on_the_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut runtime = new_runtime(&baked);
-            runtime.set_lighting(lighting);
+            runtime.set_lighting(lighting).unwrap();
             let texels = after_three_steps(&mut runtime);
             texels.iter().map(|e| e.to_array().map(f32::to_bits)).collect::<Vec<_>>()
         })
@@ -115,4 +116,39 @@ fn impossible_materials_are_refused() {
         assert!(matches!(runtime.set_emission(0, color), Err(RuntimeError::InvalidColor { .. })));
         assert!(matches!(runtime.set_base_color(0, color), Err(RuntimeError::InvalidColor { .. })));
     }
+}
+
+#[test]
+fn light_that_cannot_be_is_refused_and_changes_nothing() {
+    let baked = checked(random_room(SMALL));
+    let mut runtime = new_runtime(&baked);
+    let before = after_three_steps(&mut runtime);
+    runtime.reset();
+    let point = |position, intensity| Lighting {
+        lights: vec![Light::Point { position, intensity, range: None }],
+        ..Lighting::default()
+    };
+    let sun = |direction| Lighting {
+        lights: vec![Light::Directional { direction, irradiance: Vec3::ONE }],
+        ..Lighting::default()
+    };
+    let sky = |radiance| Lighting { sky: Sky::Uniform(radiance), ..Lighting::default() };
+    let emission = |emissive_scale| Lighting { emissive_scale, ..Lighting::default() };
+    for wrong in [
+        point(Vec3::ZERO, Vec3::new(0.0, f32::NAN, 1.0)),
+        point(Vec3::ZERO, Vec3::INFINITY),
+        point(Vec3::ZERO, Vec3::new(0.0, -1.0, 1.0)),
+        point(Vec3::NAN, Vec3::ONE),
+        sun(Vec3::ZERO),
+        sun(Vec3::NAN),
+        sky(Vec3::new(f32::NAN, 0.0, 0.0)),
+        sky(-Vec3::X),
+        emission(f32::NAN),
+        emission(-1.0),
+    ] {
+        let refused = runtime.set_lighting(wrong.clone());
+        assert!(matches!(refused, Err(RuntimeError::Lighting(_))), "{wrong:?}");
+    }
+    assert!(after_three_steps(&mut runtime) == before, "a refused lighting left something behind");
+    runtime.set_lighting(sun(Vec3::NEG_Y)).unwrap();
 }

@@ -1,5 +1,5 @@
 //! Shadow maps against the shadow rays of the CPU.
-#![cfg(feature = "gpu")]
+#![cfg(all(feature = "cpu", feature = "gpu", feature = "blocking"))]
 
 #[path = "support/gpu.rs"]
 mod gpu;

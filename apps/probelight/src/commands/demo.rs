@@ -9,6 +9,7 @@ use clap::Args;
 use probelight_eval::{EvalError, ImageView, ssim};
 use probelight_render::comparison::difference;
 use probelight_render::contact_sheet::ContactSheetRow;
+use probelight_render::gpu::GpuView;
 use probelight_render::{ContactSheet, Exposure, Image, PixelFilter, ToneMap};
 use probelight_scene::{Camera, Setup};
 use probelight_trace::{PathTracer, Tracer};
@@ -17,7 +18,7 @@ use serde::Serialize;
 use crate::backend::BackendFlags;
 use crate::bundled::{BundledScene, LightPosition};
 use crate::console::{self, Console};
-use crate::studio::{PictureOptions, ShadingFlag, Studio, ViewFlag};
+use crate::studio::{PictureOptions, ShadingFlag, Studio};
 use crate::{interrupt, output};
 
 const EXAMPLES: &str = "\
@@ -248,7 +249,7 @@ fn pictures(studio: &mut Studio, camera: &Camera, console: &Console) -> anyhow::
             PictureOptions { view, shading: ShadingFlag::Diffuse, samples: 16, filter: PixelFilter::Box };
         studio.picture(camera, &options, console)
     };
-    Ok([picture(ViewFlag::Direct)?, picture(ViewFlag::Full)?])
+    Ok([picture(GpuView::Direct)?, picture(GpuView::Full)?])
 }
 
 /// A row of pictures, all with the exposure that suits the reference.

@@ -129,7 +129,7 @@ fn lit_lightmap(
     match backend {
         Backend::Cpu => {
             let mut runtime = Runtime::new(baked.clone());
-            let bounces = input::light(&mut runtime, setup, console);
+            let bounces = input::light(&mut runtime, setup, console)?;
             Ok((runtime.irradiance().clone(), bounces))
         }
         Backend::Gpu(gpu) => {

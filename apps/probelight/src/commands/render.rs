@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use probelight_render::gpu::GpuView;
 use probelight_render::{Exposure, PixelFilter};
 use serde::Serialize;
 
 use crate::backend::BackendFlags;
 use crate::console::{self, Console};
 use crate::output::PictureFormat;
-use crate::studio::{PictureOptions, ShadingFlag, Studio, ViewFlag};
+use crate::studio::{PictureOptions, ShadingFlag, Studio, view_parser};
 use crate::{input, interrupt, output};
 
 const EXAMPLES: &str = "\
@@ -43,8 +44,8 @@ pub(crate) struct Flags {
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// What to show
-    #[arg(long, alias = "output", value_enum, default_value_t)]
-    view: ViewFlag,
+    #[arg(long, alias = "output", value_parser = view_parser(), default_value = "full")]
+    view: GpuView,
     /// How surfaces reflect light
     #[arg(long, value_enum, default_value_t)]
     shading: ShadingFlag,
@@ -103,7 +104,7 @@ impl Flags {
             FilterFlag::Gaussian => PixelFilter::Gaussian,
         };
         let exposure = self.exposure.map_or(Exposure::Automatic, Exposure::Ev);
-        let exposure = self.view.on_gpu().is_light().then_some(exposure);
+        let exposure = self.view.is_light().then_some(exposure);
         let Self { view, shading, samples, .. } = self;
         let options = PictureOptions { view, shading, samples, filter };
         Ok(Settings { flags: self, format, exposure, options })

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use probelight_asset::BakedScene;
-use probelight_runtime::cpu::SurfaceColors;
+use probelight_runtime::SurfaceColors;
 use probelight_runtime::gpu::device::checked;
 use probelight_runtime::gpu::{GpuError, GpuRuntime, SceneGeometry, ShadowMaps};
 use probelight_scene::{AlphaMode, Camera, Lighting};
@@ -73,7 +73,7 @@ impl GpuRenderer {
     /// Uploads what surfaces look like.
     ///
     /// # Errors
-    /// [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
+    /// [`GpuError::TooLarge`], [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -85,9 +85,9 @@ impl GpuRenderer {
             let materials = Materials::new(device, queue, &baked.scene);
             let frame_layout = frame_layout(device);
             let layouts = [shadow_maps.bind_group_layout(), &frame_layout, &materials.layout];
-            Self {
-                attributes: surface_attributes::vertex_buffer(device, &baked, geometry),
-                lightmap_faces: surface_attributes::lightmap_faces(device, &baked, geometry),
+            Ok(Self {
+                attributes: surface_attributes::vertex_buffer(device, &baked, geometry)?,
+                lightmap_faces: surface_attributes::lightmap_faces(device, &baked, geometry)?,
                 pipelines: Pipelines::new(device, layouts),
                 frame: device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("frame"),
@@ -102,14 +102,14 @@ impl GpuRenderer {
                     ..wgpu::SamplerDescriptor::default()
                 }),
                 cluster_colors: super::cluster_colors::texture_view(device, queue, &baked),
-                probes: Markers::probes(device, &baked),
-                light_samples: Markers::light_samples(device, &baked),
+                probes: Markers::probes(device, &baked)?,
+                light_samples: Markers::light_samples(device, &baked)?,
                 materials,
                 frame_layout,
                 baked,
                 device: device.clone(),
                 queue: queue.clone(),
-            }
+            })
         })
     }
 

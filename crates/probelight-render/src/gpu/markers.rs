@@ -2,7 +2,8 @@
 
 use bytemuck::{Pod, Zeroable};
 use probelight_asset::BakedScene;
-use wgpu::util::DeviceExt;
+use probelight_runtime::gpu::GpuError;
+use probelight_runtime::gpu::filled_buffer::{filled_buffer, largest_buffer};
 
 /// `Marker` in `markers.wgsl`.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -28,12 +29,9 @@ pub(super) struct Markers {
     pub(super) radius: f32,
 }
 
-/// Most markers: as many as WebGPU lets a shader bind (128 MiB). Of more the first are shown.
-const MOST_MARKERS: usize = (128 << 20) / size_of::<MarkerRecord>();
-
 impl Markers {
     /// Spheres at the probes.
-    pub(super) fn probes(device: &wgpu::Device, baked: &BakedScene) -> Self {
+    pub(super) fn probes(device: &wgpu::Device, baked: &BakedScene) -> Result<Self, GpuError> {
         let first = baked.scalar_signals();
         let record = |(number, probe): (usize, &probelight_asset::Probe)| MarkerRecord {
             position: probe.position.to_array(),
@@ -47,7 +45,7 @@ impl Markers {
     }
 
     /// Discs at the light samples.
-    pub(super) fn light_samples(device: &wgpu::Device, baked: &BakedScene) -> Self {
+    pub(super) fn light_samples(device: &wgpu::Device, baked: &BakedScene) -> Result<Self, GpuError> {
         let surfels = (0..).zip(&baked.surfels);
         let of_surfel = |(number, surfel): (u32, &probelight_asset::Surfel)| {
             let first = surfel.first_sample as usize;
@@ -72,22 +70,16 @@ impl Markers {
 
     fn new(
         device: &wgpu::Device,
-        label: &str,
+        label: &'static str,
         mut records: Vec<MarkerRecord>,
         vertices: u32,
         radius: f32,
-    ) -> Self {
-        records.truncate(MOST_MARKERS);
-        let count = records.len() as u32;
-        if records.is_empty() {
-            // Shaders cannot bind an empty array.
-            records.push(MarkerRecord::default());
-        }
-        let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some(label),
-            contents: bytemuck::cast_slice(&records),
-            usage: wgpu::BufferUsages::STORAGE,
-        });
-        Self { buffer, count, vertices, radius }
+    ) -> Result<Self, GpuError> {
+        let usage = wgpu::BufferUsages::STORAGE;
+        // Of more than shaders can bind the first are shown.
+        let most = largest_buffer(&device.limits(), usage) / size_of::<MarkerRecord>() as u64;
+        records.truncate(usize::try_from(most).unwrap_or(usize::MAX));
+        let buffer = filled_buffer(device, label, bytemuck::cast_slice(&records), usage)?;
+        Ok(Self { buffer, count: records.len() as u32, vertices, radius })
     }
 }

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use probelight_math::glam::Vec3;
-use probelight_runtime::cpu::SurfaceColors;
+use probelight_runtime::SurfaceColors;
 use probelight_scene::{AlphaMode, Material, Scene, TextureSlot};
 
 use super::material_textures::{Encoding, MaterialTextures};

@@ -23,14 +23,14 @@ pub mod picture_target;
 mod pipelines;
 pub mod presenter;
 #[cfg(test)]
+#[path = "../../../probelight-runtime/tests/support/reflection.rs"]
+pub(crate) mod reflection;
+#[cfg(test)]
 mod shader_tests;
 mod shaders;
 mod surface_attributes;
 pub mod uploaded_light;
 pub mod view;
-#[cfg(test)]
-#[path = "../../../probelight-runtime/tests/support/wgsl_layout.rs"]
-mod wgsl_layout;
 
 pub use gpu_renderer::{GpuRenderer, LitScene};
 pub use picture_target::PictureTarget;

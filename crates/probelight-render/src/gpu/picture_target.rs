@@ -49,12 +49,12 @@ impl PictureTarget {
         let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
         checked(device, "the picture", || {
             let resolved = texture("picture", PICTURE_FORMAT, 1, readable);
-            Self {
+            Ok(Self {
                 samples: view(&texture("samples of the picture", PICTURE_FORMAT, SAMPLES, attachment)),
                 depth: view(&texture("depth of the picture", DEPTH_FORMAT, SAMPLES, attachment)),
                 resolved_view: view(&resolved),
                 resolved,
-            }
+            })
         })
     }
 

@@ -1,60 +1,83 @@
 //! What can be tested of the shaders without a GPU.
 
+use probelight_runtime::gpu::shaders::{LIGHTS, SHADOW_MAPS};
+
 use super::frame_record::FrameRecord;
 use super::markers::{MarkerRecord, SLICES, STACKS};
 use super::materials::MaterialRecord;
 use super::presenter::DisplayRecord;
+use super::reflection::{Partners, parse, record, write_for_direct3d_and_metal};
 use super::shaders;
 use super::view::{GpuView, Shading};
-use super::wgsl_layout::{compare, constant, fields, parse, write_for_direct3d_and_metal};
+use crate::tone_map::{MIX, UNMIX};
+
+/// All shaders, by the name of their file.
+fn sources() -> Vec<(&'static str, String)> {
+    vec![
+        ("surface", shaders::surface()),
+        ("sky", shaders::sky()),
+        ("markers", shaders::markers()),
+        ("tone_map", shaders::tone_map()),
+    ]
+}
 
 #[test]
 fn all_shaders_are_valid_and_can_be_written_for_direct3d_and_metal() {
-    for source in [shaders::surface(), shaders::sky(), shaders::markers(), shaders::tone_map()] {
-        write_for_direct3d_and_metal(&parse(&source).unwrap()).unwrap();
+    for (name, source) in sources() {
+        let module = parse(&source).unwrap_or_else(|error| panic!("{name}: {error}"));
+        write_for_direct3d_and_metal(&module).unwrap_or_else(|error| panic!("{name}: {error}"));
     }
 }
 
-#[test]
-fn structs_are_the_same_on_both_sides() {
-    let surface = parse(&shaders::surface()).unwrap();
-    let frame = fields!(FrameRecord:
-        clip_from_world eye view right shading up emissive_scale forward marker_radius zenith horizon ground);
-    compare(&surface, "Frame", frame, size_of::<FrameRecord>()).unwrap();
-    let material = fields!(MaterialRecord:
-        base_color emission metallic roughness normal_scale alpha_cutoff second_uv_sets);
-    compare(&surface, "Material", material, size_of::<MaterialRecord>()).unwrap();
-    let markers = parse(&shaders::markers()).unwrap();
-    let marker = fields!(MarkerRecord: position signal normal degree);
-    compare(&markers, "Marker", marker, size_of::<MarkerRecord>()).unwrap();
-    let tone_map = parse(&shaders::tone_map()).unwrap();
-    let display = fields!(DisplayRecord: exposure has_curve encodes_srgb);
-    compare(&tone_map, "Display", display, size_of::<DisplayRecord>()).unwrap();
-    assert!(compare(&tone_map, "Display", marker, size_of::<MarkerRecord>()).is_err());
-}
-
-#[test]
-fn constants_are_the_same_on_both_sides() {
-    let surface = parse(&shaders::surface()).unwrap();
-    let views = [
-        ("VIEW_FULL", GpuView::Full),
-        ("VIEW_DIRECT", GpuView::Direct),
-        ("VIEW_INDIRECT", GpuView::Indirect),
-        ("VIEW_IRRADIANCE", GpuView::Irradiance),
-        ("VIEW_ALBEDO", GpuView::Albedo),
-        ("VIEW_NORMALS", GpuView::Normals),
-        ("VIEW_LIGHTMAP_TEXELS", GpuView::LightmapTexels),
-        ("VIEW_CLUSTERS", GpuView::Clusters),
-        ("VIEW_PROBES", GpuView::Probes),
-        ("VIEW_LIGHT_SAMPLES", GpuView::LightSamples),
+fn partners() -> Partners {
+    let mut constants = vec![
+        ("SHADING_DIFFUSE", vec![f64::from(Shading::Diffuse as u32)]),
+        ("SHADING_PHYSICAL", vec![f64::from(Shading::Physical as u32)]),
+        ("PI", vec![f64::from(std::f32::consts::PI)]),
+        ("SLICES", vec![f64::from(SLICES)]),
+        ("STACKS", vec![f64::from(STACKS)]),
+        ("MIX", MIX.to_cols_array().map(f64::from).to_vec()),
+        ("UNMIX", UNMIX.to_cols_array().map(f64::from).to_vec()),
     ];
-    assert_eq!(views.map(|(_, view)| view), GpuView::ALL);
-    for (name, view) in views {
-        assert_eq!(constant(&surface, name), Some(view as u32), "{name}");
+    let constant = |view: GpuView| &*format!("VIEW_{}", view.name().replace('-', "_").to_uppercase()).leak();
+    constants.extend(GpuView::ALL.map(|view| (constant(view), vec![f64::from(view as u32)])));
+    Partners {
+        records: vec![
+            record!(FrameRecord as "Frame" {
+                clip_from_world, eye, view, right, shading, up, emissive_scale, forward, marker_radius, zenith,
+                horizon, ground,
+            }),
+            record!(MaterialRecord as "Material" {
+                base_color, emission, metallic, roughness, normal_scale, alpha_cutoff, second_uv_sets,
+            }),
+            record!(MarkerRecord as "Marker" { position, signal, normal, degree }),
+            record!(DisplayRecord as "Display" { exposure, has_curve, encodes_srgb, unused }),
+        ],
+        constants,
+        shader_only: &[
+            // The corners of a quad's two triangles.
+            "QUAD_CORNERS",
+            // Of the reflection model, which the CPU's renderer does not have.
+            "DIELECTRIC",
+            "LEAST_ROUGHNESS",
+        ],
+        compared_elsewhere: &[LIGHTS, SHADOW_MAPS],
     }
-    assert_eq!(constant(&surface, "SHADING_DIFFUSE"), Some(Shading::Diffuse as u32));
-    assert_eq!(constant(&surface, "SHADING_PHYSICAL"), Some(Shading::Physical as u32));
-    let markers = parse(&shaders::markers()).unwrap();
-    assert_eq!(constant(&markers, "SLICES"), Some(SLICES));
-    assert_eq!(constant(&markers, "STACKS"), Some(STACKS));
+}
+
+#[test]
+fn every_struct_in_a_buffer_and_every_constant_has_a_partner() {
+    assert_eq!(partners().compare(&sources()), Vec::<String>::new());
+}
+
+#[test]
+fn a_wrong_partner_is_noticed() {
+    let mut partners = partners();
+    partners.records[3].1 = partners.records[2].1.clone();
+    partners.constants[0].1 = vec![7.0];
+    partners.compared_elsewhere = &[SHADOW_MAPS];
+    let wrong = partners.compare(&sources()).join("\n");
+    for name in ["struct Display", "const SHADING_DIFFUSE", "struct Lights", "const MAX_LIGHTS"] {
+        assert!(wrong.contains(name), "{name} is not in {wrong}");
+    }
 }

@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use probelight_asset::{BakedScene, LightmapFace, NONE};
 use probelight_math::glam::{Vec2, Vec4};
-use probelight_runtime::gpu::SceneGeometry;
-use wgpu::util::DeviceExt;
+use probelight_runtime::gpu::filled_buffer::filled_buffer;
+use probelight_runtime::gpu::{GpuError, SceneGeometry};
 
 /// A corner of a triangle.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -33,18 +33,18 @@ pub(super) const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferL
 };
 
 /// The vertex buffer, in the order of the geometry's triangles.
+///
+/// # Errors
+/// [`GpuError::TooLarge`] if the device cannot hold it.
 pub(super) fn vertex_buffer(
     device: &wgpu::Device,
     baked: &BakedScene,
     geometry: &SceneGeometry,
-) -> wgpu::Buffer {
+) -> Result<wgpu::Buffer, GpuError> {
     let corners: Vec<CornerRecord> =
         geometry.triangle_order.iter().flat_map(|triangle| corners_of(baked, *triangle)).collect();
-    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("surface attributes"),
-        contents: bytemuck::cast_slice(&corners),
-        usage: wgpu::BufferUsages::VERTEX,
-    })
+    let bytes = bytemuck::cast_slice(&corners);
+    filled_buffer(device, "attributes of triangles", bytes, wgpu::BufferUsages::VERTEX)
 }
 
 fn corners_of(baked: &BakedScene, triangle: u32) -> [CornerRecord; 3] {
@@ -65,22 +65,22 @@ fn corners_of(baked: &BakedScene, triangle: u32) -> [CornerRecord; 3] {
 
 /// Corners of each triangle's front and back face in the lightmap, texels, in the order of the geometry's triangles;
 /// −1 without light of its own.
+///
+/// # Errors
+/// [`GpuError::TooLarge`] if shaders cannot bind it: from 2.8 million triangles on with WebGPU's guaranteed limits.
 pub(super) fn lightmap_faces(
     device: &wgpu::Device,
     baked: &BakedScene,
     geometry: &SceneGeometry,
-) -> wgpu::Buffer {
+) -> Result<wgpu::Buffer, GpuError> {
     let faces_of = |triangle: &u32| {
         let triangle = *triangle as usize;
         let back_face = baked.lightmap.back_faces.get(triangle).copied().unwrap_or(NONE);
         [triangle, back_face as usize].map(|face| positions(baked.lightmap.faces.get(face)))
     };
     let faces: Vec<[[Vec2; 3]; 2]> = geometry.triangle_order.iter().map(faces_of).collect();
-    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("lightmap faces"),
-        contents: bytemuck::cast_slice(faces.as_flattened().as_flattened()),
-        usage: wgpu::BufferUsages::STORAGE,
-    })
+    let bytes = bytemuck::cast_slice(faces.as_flattened().as_flattened());
+    filled_buffer(device, "lightmap faces", bytes, wgpu::BufferUsages::STORAGE)
 }
 
 fn positions(face: Option<&LightmapFace>) -> [Vec2; 3] {

@@ -6,9 +6,12 @@ use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 use probelight_runtime::Runtime;
 use probelight_runtime::gpu::device::checked;
+use probelight_runtime::gpu::filled_buffer::check_size;
 use probelight_runtime::gpu::{GpuError, SceneGeometry, ShadowMapOptions, ShadowMaps};
 
 use super::gpu_renderer::LitScene;
+
+const SIGNAL_USAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_DST);
 
 /// A scene on the GPU with the light of a CPU [`Runtime`].
 #[derive(Debug)]
@@ -23,7 +26,7 @@ impl UploadedLight {
     /// Darkness.
     ///
     /// # Errors
-    /// [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
+    /// [`GpuError::TooLarge`], [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -48,13 +51,15 @@ impl UploadedLight {
                 view_formats: &[],
             });
             let signals = baked.scalar_signals() + baked.probes.len() * baked.coefficients();
+            let (size, usage) = ((signals.max(1) * size_of::<Vec3>()) as u64, SIGNAL_USAGE);
+            check_size(&device.limits(), "signals", size, usage)?;
             let signals = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("signals"),
-                size: (signals.max(1) * size_of::<Vec3>()) as u64,
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+                size,
+                usage,
                 mapped_at_creation: false,
             });
-            Self { geometry, shadow_maps, lightmap, signals }
+            Ok(Self { geometry, shadow_maps, lightmap, signals })
         })
     }
 

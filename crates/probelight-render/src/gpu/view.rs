@@ -1,47 +1,62 @@
 //! What a picture shows.
 
-/// What a picture shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(u32)]
-pub enum GpuView {
+/// The one list of what pictures can show: the name, the number that shaders know it by, what it is.
+macro_rules! views {
+    ($($(#[doc = $documentation:literal])+ $view:ident = $number:literal $name:literal,)*) => {
+        /// What a picture shows.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        #[repr(u32)]
+        pub enum GpuView {
+            #[default]
+            $($(#[doc = $documentation])+ $view = $number,)*
+        }
+
+        impl GpuView {
+            /// All of them.
+            pub const ALL: [Self; [$($number),*].len()] = [$(Self::$view),*];
+
+            /// Its name, in small letters with hyphens.
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$view => $name,)* }
+            }
+
+            /// What it is, in a sentence.
+            pub fn description(self) -> &'static str {
+                match self { $(Self::$view => concat!($($documentation),+).trim(),)* }
+            }
+        }
+    };
+}
+
+views! {
     /// All light: radiance, W·m⁻²·sr⁻¹.
-    #[default]
-    Full = 0,
+    Full = 0 "full",
     /// Emission, sky behind the scene, and the direct light of point, spot and directional lights.
-    Direct = 1,
-    /// Reflected light of the lightmap only; the sky is black.
-    Indirect = 2,
+    Direct = 1 "direct",
+    /// Reflected light of the lightmap only: bounced light, sky light, light of emissive surfaces; the sky is black.
+    Indirect = 2 "indirect",
     /// Raw irradiance of the lightmap, W/m², without albedo.
-    Irradiance = 3,
+    Irradiance = 3 "irradiance",
     /// Base colours, linear.
-    Albedo = 4,
+    Albedo = 4 "albedo",
     /// Shading normals, from −1 … 1 to 0 … 1.
-    Normals = 5,
+    Normals = 5 "normals",
     /// The lightmap's texels as they are, W/m², every second one darker; blue where a side has no light of its own.
-    LightmapTexels = 6,
+    LightmapTexels = 6 "lightmap-texels",
     /// A colour for each cluster of receivers.
-    Clusters = 7,
+    Clusters = 7 "clusters",
     /// Probes as white spheres in their own light, in the scene at three tenths of its brightness.
-    Probes = 8,
+    Probes = 8 "probes",
     /// Points where light is evaluated, as discs as bright as their surfels, in the scene at three tenths of its
     /// brightness.
-    LightSamples = 9,
+    LightSamples = 9 "light-samples",
 }
 
 impl GpuView {
-    /// All of them.
-    pub const ALL: [Self; 10] = [
-        Self::Full,
-        Self::Direct,
-        Self::Indirect,
-        Self::Irradiance,
-        Self::Albedo,
-        Self::Normals,
-        Self::LightmapTexels,
-        Self::Clusters,
-        Self::Probes,
-        Self::LightSamples,
-    ];
+    /// The one with a [name](Self::name).
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|view| view.name() == name)
+    }
 
     /// Whether pixels are light, which needs an exposure, and not colours from 0 to 1.
     pub fn is_light(self) -> bool {

@@ -51,4 +51,4 @@ const SHADING_PHYSICAL = 1u;
 // Corners of each triangle, metres, in the same order: x, y and z of one after the other.
 @group(1) @binding(5) var<storage, read> triangle_corners: array<array<array<f32, 3>, 3>>;
 
-const PI = 3.14159265;
+const PI: f32 = 3.14159265;

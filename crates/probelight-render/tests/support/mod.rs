@@ -63,7 +63,7 @@ pub(crate) fn baked_cornell_of(material: &Material) -> LitExample {
 
 fn lit(baked: BakedScene, name: &str) -> LitExample {
     let mut runtime = Runtime::new(Arc::new(baked));
-    runtime.set_lighting(lighting(name));
+    runtime.set_lighting(lighting(name)).unwrap();
     runtime.converge(1e-3, 30);
     LitExample { runtime, camera: camera(name) }
 }

@@ -2,15 +2,14 @@
 
 use std::ops::Range;
 
-use probelight_asset::BorderBlend;
+use probelight_asset::packed::STEEPEST_SLOPE;
+use probelight_asset::{BorderBlend, Cluster};
 use probelight_math::glam::Vec3;
 use rayon::prelude::*;
 
 use super::scatter::Scatter;
-
-/// Steepest slope that is continued across a border, per texel, as a share of the irradiance: beyond, it is the
-/// edge of a shadow, not a gradient.
-const STEEPEST_SLOPE: f32 = 0.25;
+use crate::ClusterExtent;
+use crate::frame::ReceiverPlace;
 
 /// The blended irradiance of the receivers beside borders.
 #[derive(Clone, Debug)]
@@ -18,33 +17,43 @@ pub(super) struct BlendBorders {
     records: Vec<BorderBlend>,
     /// Which of them are those of each receiver beside a border.
     ranges: Vec<Range<usize>>,
+    /// Where that receiver is.
+    places: Vec<ReceiverPlace>,
     blended: Vec<Vec3>,
     copies: Scatter,
 }
 
 impl BlendBorders {
     /// Prepares for the borders' records, sorted by receiver.
-    pub(super) fn new(records: Vec<BorderBlend>) -> Self {
+    pub(super) fn new(clusters: &[Cluster], records: Vec<BorderBlend>) -> Self {
         let mut end = 0;
         let range = |records: &[BorderBlend]| {
             end += records.len();
             end - records.len()..end
         };
         let ranges: Vec<_> = BorderBlend::by_receiver(&records).map(range).collect();
-        let receivers = BorderBlend::by_receiver(&records).map(|records| records[0].receiver);
+        let receivers: Vec<u32> =
+            BorderBlend::by_receiver(&records).map(|records| records[0].receiver).collect();
         Self {
+            places: ReceiverPlace::of(clusters, &receivers),
             blended: vec![Vec3::ZERO; ranges.len()],
-            copies: Scatter::new(receivers.zip(0..)),
+            copies: Scatter::new(receivers.into_iter().zip(0..)),
             ranges,
             records,
         }
     }
 
-    /// Blends the receivers' irradiance, W/m².
-    pub(super) fn blend_borders(&mut self, irradiance: &mut [Vec3]) {
-        let gathered = &*irradiance;
-        self.blended.par_iter_mut().zip(&self.ranges).for_each(|(value, range)| {
-            *value = blend(gathered, &self.records[range.clone()]);
+    /// Blends the irradiance, W/m², of the receivers that a frame of such extents computes; others were blended when they were computed.
+    pub(super) fn blend_borders(&mut self, clusters: &[ClusterExtent], irradiance: &mut [Vec3]) {
+        let (gathered, records) = (&*irradiance, &self.records);
+        let receivers = self.ranges.par_iter().zip(&self.places);
+        self.blended.par_iter_mut().zip(receivers).for_each(|(value, (range, place))| {
+            let records = &records[range.clone()];
+            *value = if place.is_computed(clusters) {
+                blend(gathered, records)
+            } else {
+                gathered[records[0].receiver as usize]
+            };
         });
         self.copies.copy(&self.blended, irradiance);
     }
@@ -71,6 +80,18 @@ mod tests {
 
     /// Irradiance along a row of receivers, blended where clusters of four meet.
     fn blended(row: &[f32]) -> Vec<f32> {
+        blended_where(row, |_| ClusterExtent::ALL)
+    }
+
+    /// [`blended`] as far as clusters are computed.
+    fn blended_where(row: &[f32], extent: impl Fn(usize) -> ClusterExtent) -> Vec<f32> {
+        let cluster = |first: usize| Cluster {
+            first_receiver: first as u32,
+            receiver_count: (row.len() - first).min(4) as u32,
+            ..Cluster::default()
+        };
+        let clusters: Vec<Cluster> = (0..row.len()).step_by(4).map(cluster).collect();
+        let extents: Vec<ClusterExtent> = (0..clusters.len()).map(extent).collect();
         let border_blends = (0..row.len() as u32).filter_map(|receiver| match receiver % 4 {
             3 if receiver + 2 < row.len() as u32 => {
                 Some(BorderBlend { receiver, neighbor: receiver + 1, beyond: receiver + 2 })
@@ -81,7 +102,7 @@ mod tests {
             _ => None,
         });
         let mut irradiance: Vec<Vec3> = row.iter().map(|value| Vec3::splat(*value)).collect();
-        BlendBorders::new(border_blends.collect()).blend_borders(&mut irradiance);
+        BlendBorders::new(&clusters, border_blends.collect()).blend_borders(&extents, &mut irradiance);
         irradiance.iter().map(|value| value.x).collect()
     }
 
@@ -93,6 +114,16 @@ mod tests {
         }
         let jump = blended(&[3.0, 3.0, 3.0, 3.0, 6.0, 6.0, 6.0, 6.0]);
         assert_eq!(jump, [3.0, 3.0, 3.0, 4.0, 5.0, 6.0, 6.0, 6.0]);
+    }
+
+    #[test]
+    fn what_was_not_computed_is_not_blended_again() {
+        let row = [3.0, 3.0, 3.0, 3.0, 6.0, 6.0, 6.0, 6.0];
+        let first =
+            |cluster| ClusterExtent { receivers: if cluster == 0 { 9 } else { 0 }, ..ClusterExtent::ALL };
+        assert_eq!(blended_where(&row, first), [3.0, 3.0, 3.0, 4.0, 6.0, 6.0, 6.0, 6.0]);
+        let three = |_| ClusterExtent { receivers: 3, ..ClusterExtent::ALL };
+        assert_eq!(blended_where(&row, three), [3.0, 3.0, 3.0, 3.0, 5.0, 6.0, 6.0, 6.0]);
     }
 
     #[test]

@@ -11,7 +11,8 @@ use super::padded_end::PaddedEnd;
 use super::scatter::Scatter;
 use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes};
-use crate::IrradianceLightmap;
+use crate::frame::leading;
+use crate::{FramePlan, IrradianceLightmap};
 
 /// Receivers computed together: their three channels' sums fill twelve AVX-512 registers, and up to two
 /// cache lines of each column of U are read in a row.
@@ -33,7 +34,7 @@ impl ReceiverIrradiance {
     pub fn new(baked: &BakedScene) -> Self {
         Self {
             values: vec![Vec3::ZERO; baked.receiver_texels.len()],
-            borders: BlendBorders::new(baked.border_blends()),
+            borders: BlendBorders::new(&baked.clusters, baked.border_blends()),
             copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..)),
             basis_end: PaddedEnd::new(
                 &baked.receiver_basis,
@@ -52,31 +53,38 @@ impl ReceiverIrradiance {
         self.values.fill(Vec3::ZERO);
     }
 
-    /// Computes E from the clusters' coefficients `b` (one RGB row per singular value, cluster by cluster) and
-    /// writes it to the lightmap's texels.
+    /// Computes E of the plan's receivers from the clusters' coefficients `b` (one RGB row per singular value, cluster by
+    /// cluster) and writes it to the lightmap's texels.
     pub fn gather_receivers(
         &mut self,
         baked: &BakedScene,
+        plan: &FramePlan,
         coefficients: &[[f32; 3]],
         lightmap: &mut IrradianceLightmap,
     ) {
         let end = &self.basis_end;
         let start = |cluster: &Cluster| cluster.first_receiver as usize;
-        for_each_cluster(&baked.clusters, &mut self.values, &start, &|cluster, receivers| {
-            let b = &coefficients[cluster.row_scale_offset as usize..][..cluster.rank() as usize];
-            let basis = end.words_from(&baked.receiver_basis, cluster.receiver_basis_offset);
-            gather_cluster(basis, cluster.receiver_ranks, b, receivers);
-        });
-        self.borders.blend_borders(&mut self.values);
+        for_each_cluster(
+            &baked.clusters,
+            plan.clusters(),
+            &mut self.values,
+            &start,
+            &|cluster, extent, receivers| {
+                let b = &coefficients[cluster.row_scale_offset as usize..][..extent.rank as usize];
+                let basis = end.words_from(&baked.receiver_basis, cluster.receiver_basis_offset);
+                let (stride, receivers) = (receivers.len(), &mut receivers[..extent.receivers as usize]);
+                gather_cluster(basis, stride, leading(cluster.receiver_ranks, extent.rank), b, receivers);
+            },
+        );
+        self.borders.blend_borders(plan.clusters(), &mut self.values);
         self.copies.copy(&self.values, &mut lightmap.texels);
     }
 }
 
-/// E = U·b for one cluster; `basis` starts with U, column by column.
-fn gather_cluster(basis: &[u32], ranks: Ranks, b: &[[f32; 3]], receivers: &mut [Vec3]) {
-    let rows = receivers.len();
+/// E = U·b for the leading receivers of a cluster; `basis` starts with U, in columns of `stride` receivers.
+fn gather_cluster(basis: &[u32], stride: usize, ranks: Ranks, b: &[[f32; 3]], receivers: &mut [Vec3]) {
     for (block, receivers) in receivers.chunks_mut(BLOCK).enumerate() {
-        let block = Block { rows, first: block * BLOCK };
+        let block = Block { stride, first: block * BLOCK };
         match receivers.len().div_ceil(LANES) {
             1 => block.gather::<1>(basis, ranks, b, receivers),
             2 => block.gather::<2>(basis, ranks, b, receivers),
@@ -89,8 +97,8 @@ fn gather_cluster(basis: &[u32], ranks: Ranks, b: &[[f32; 3]], receivers: &mut [
 /// Receivers computed together.
 #[derive(Clone, Copy)]
 struct Block {
-    /// Receivers of the cluster: length of U's columns.
-    rows: usize,
+    /// Receivers of the cluster as stored: length of U's columns.
+    stride: usize,
     /// The block's first one.
     first: usize,
 }
@@ -133,7 +141,7 @@ impl Block {
                     *sum = u.mul_add(b, *sum);
                 }
             }
-            rest = &rest[E::PRECISION.words(self.rows)..];
+            rest = &rest[E::PRECISION.words(self.stride)..];
         }
         rest
     }

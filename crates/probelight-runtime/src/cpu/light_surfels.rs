@@ -12,41 +12,22 @@
 use std::f32::consts::FRAC_1_PI;
 use std::ops::Range;
 
-use probelight_asset::{BakedScene, Emitter, LightSample, Surfel};
+use probelight_asset::{BakedScene, LightSample, Surfel};
 use probelight_math::color::linear_from_srgb;
 use probelight_math::glam::Vec3;
-use probelight_scene::{Light, Lighting, Scene, Sky};
+use probelight_scene::{Light, Lighting, Sky};
 use probelight_trace::{Tracer, direct_irradiance};
 use rayon::prelude::*;
 
-use super::sky_signals::SkyProjection;
 use crate::IrradianceLightmap;
+use crate::sky_signals::SkyProjection;
+use crate::surface_colors::{SurfaceColors, emitter_radiance, has_emitter};
 
 /// Samples a task works through.
 const SAMPLES_PER_TASK: usize = 2048;
 
 /// Surfels a task works through.
 const SURFELS_PER_TASK: usize = 512;
-
-/// What a material contributes to light transport, before textures.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfaceColors {
-    /// Linear base colour factor.
-    pub base_color: Vec3,
-    /// Emitted radiance of the front face, W·m⁻²·sr⁻¹.
-    pub emission: Vec3,
-}
-
-impl SurfaceColors {
-    /// The colours of a scene's materials.
-    pub fn of(scene: &Scene) -> Vec<Self> {
-        let colors = |m: &probelight_scene::Material| Self {
-            base_color: m.base_color.truncate(),
-            emission: m.emission,
-        };
-        scene.materials.iter().map(colors).collect()
-    }
-}
 
 /// All scalar signals, and the parts of them that outlast a frame.
 #[derive(Clone, Debug)]
@@ -80,17 +61,13 @@ impl ScalarSignals {
     /// Darkness for a baked scene.
     pub fn new(baked: &BakedScene) -> Self {
         let dark = vec![Vec3::ZERO; baked.light_samples.len()];
-        let mut has_emitter = vec![false; baked.scene.materials.len()];
-        for emitter in &baked.emitters {
-            has_emitter[emitter.material as usize] = true;
-        }
         let feedback = |sample: &LightSample| Feedback { texel: sample.texel, ..Feedback::default() };
         Self {
             direct: dark.clone(),
             unbounced: dark,
             feedback: baked.light_samples.iter().map(feedback).collect(),
             unbounced_means: vec![Vec3::ZERO; baked.surfels.len()],
-            has_emitter,
+            has_emitter: has_emitter(baked),
             sky: SkyProjection::new(baked),
             values: vec![Vec3::ZERO; baked.scalar_signals()],
             linear_from_srgb: std::array::from_fn(|code| linear_from_srgb(code as f32 / 255.0)),
@@ -191,11 +168,6 @@ impl Feedback {
         let irradiance = lightmap.texels.get(self.texel as usize).copied().unwrap_or(Vec3::ZERO);
         self.reflectance * irradiance.max(Vec3::ZERO)
     }
-}
-
-/// Mean radiance that an emitter sends out, W·m⁻²·sr⁻¹.
-pub(crate) fn emitter_radiance(emitter: &Emitter, lighting: &Lighting, colors: &[SurfaceColors]) -> Vec3 {
-    colors[emitter.material as usize].emission * lighting.emissive_scale * emitter.mean_texel
 }
 
 fn samples_of(surfel: &Surfel) -> Range<usize> {

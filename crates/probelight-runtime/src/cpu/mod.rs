@@ -13,16 +13,13 @@ mod per_thread;
 pub mod project_clusters;
 pub mod relight_probes;
 mod scatter;
-mod sky_signals;
 mod unpack;
 
 pub use dilate_lightmap::Dilation;
 pub use gather_receivers::ReceiverIrradiance;
-pub use light_surfels::{ScalarSignals, SurfaceColors};
+pub use light_surfels::ScalarSignals;
 pub use project_clusters::ClusterCoefficients;
 pub use relight_probes::ProbeRadiance;
-#[cfg(feature = "gpu")]
-pub(crate) use sky_signals::SkyProjection;
 
 /// Values computed together: one AVX-512 register, two of AVX, four of NEON.
 type Lanes = wide::f32x16;

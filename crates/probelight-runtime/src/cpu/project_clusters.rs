@@ -1,5 +1,6 @@
 //! Stage 3: each cluster's coefficients, b = (ΣVᵀ)·s of its signals (\[SED\] §3.3).
 
+use probelight_asset::packed::column_factor;
 use probelight_asset::{BakedScene, Cluster};
 use probelight_math::glam::Vec3;
 
@@ -8,6 +9,8 @@ use super::padded_end::PaddedEnd;
 use super::per_thread::PerThread;
 use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes, ProbeRadiance, load};
+use crate::frame::leading;
+use crate::{ClusterExtent, FramePlan};
 
 /// Rows of ΣVᵀ multiplied together, so that each signal is loaded once for all of them. Their three channels'
 /// sums fill twelve vector registers.
@@ -18,7 +21,7 @@ const ROWS: usize = 4;
 pub struct ClusterCoefficients {
     values: Vec<[f32; 3]>,
     columns: PerThread<Columns>,
-    /// 2^(−e/8) for each exponent e.
+    /// Factor of each exponent.
     column_factors: [f32; 256],
     basis_end: PaddedEnd,
 }
@@ -30,7 +33,7 @@ impl ClusterCoefficients {
         Self {
             values: vec![[0.0; 3]; baked.row_scales.len()],
             columns: PerThread::new(|| Columns::new(columns)),
-            column_factors: std::array::from_fn(|e| (-(e as f32) / 8.0).exp2()),
+            column_factors: std::array::from_fn(|exponent| column_factor(exponent as u8)),
             basis_end: PaddedEnd::new(
                 &baked.signal_basis,
                 baked.clusters.iter().map(|cluster| cluster.signal_basis_offset),
@@ -43,22 +46,37 @@ impl ClusterCoefficients {
         &self.values
     }
 
-    /// Computes b from the scalar signals and the probes' coefficients.
-    pub fn project_clusters(&mut self, baked: &BakedScene, signals: &[Vec3], probes: &ProbeRadiance) {
+    /// Computes the plan's rows of b from as many scalar signals and coefficients of probes.
+    pub fn project_clusters(
+        &mut self,
+        baked: &BakedScene,
+        plan: &FramePlan,
+        signals: &[Vec3],
+        probes: &ProbeRadiance,
+    ) {
         let start = |cluster: &Cluster| cluster.row_scale_offset as usize;
         let (columns, factors, end) = (&self.columns, &self.column_factors, &self.basis_end);
-        for_each_cluster(&baked.clusters, &mut self.values, &start, &|cluster, b| {
-            let mut columns = columns.lock();
-            columns.load_signals(baked, cluster, signals);
-            columns.load_probes(baked, cluster, probes);
-            let columns = columns.scale(baked, cluster, factors);
-            let words = end.words_from(&baked.signal_basis, cluster.signal_basis_offset);
-            project_cluster(baked, cluster, words, columns, b);
-        });
+        for_each_cluster(
+            &baked.clusters,
+            plan.clusters(),
+            &mut self.values,
+            &start,
+            &|cluster, extent, b| {
+                if extent.rank == 0 {
+                    return;
+                }
+                let mut columns = columns.lock();
+                columns.load_signals(baked, cluster, extent, signals);
+                columns.load_probes(baked, cluster, extent, probes);
+                let columns = columns.scale(baked, cluster, extent, factors);
+                let words = end.words_from(&baked.signal_basis, cluster.signal_basis_offset);
+                project_cluster(baked, cluster, words, columns, &mut b[..extent.rank as usize]);
+            },
+        );
     }
 }
 
-/// The input of one cluster: a value per column of its ΣVᵀ.
+/// The input of one cluster: a value per column of its ΣVᵀ, as far as columns count.
 #[derive(Debug)]
 struct Columns {
     /// Signals and coefficients, each channel on its own.
@@ -79,9 +97,15 @@ impl Columns {
     }
 
     /// Gathers the cluster's scalar signals to the first columns.
-    fn load_signals(&mut self, baked: &BakedScene, cluster: &Cluster, signals: &[Vec3]) {
-        let numbers =
-            &baked.cluster_signals[cluster.first_signal as usize..][..cluster.signal_count as usize];
+    fn load_signals(
+        &mut self,
+        baked: &BakedScene,
+        cluster: &Cluster,
+        extent: ClusterExtent,
+        signals: &[Vec3],
+    ) {
+        let count = cluster.signal_count.min(extent.columns) as usize;
+        let numbers = &baked.cluster_signals[cluster.first_signal as usize..][..count];
         let [red, green, blue] = self.channels.each_mut().map(|channel| &mut channel[..numbers.len()]);
         for (column, number) in numbers.iter().enumerate() {
             let signal = signals[*number as usize];
@@ -89,15 +113,25 @@ impl Columns {
         }
     }
 
-    /// Gathers the probes' coefficients band by band (column order: see [`Cluster`]).
+    /// Gathers the probes' coefficients band by band (column order: see [`Cluster`]), up to the last band of which a
+    /// column counts.
     ///
     /// A probe's band is a run of 2l + 1 values. It is copied in whole vectors, which is faster than copies of
     /// odd length; what a copy writes too much, the next one overwrites.
-    fn load_probes(&mut self, baked: &BakedScene, cluster: &Cluster, radiance: &ProbeRadiance) {
+    fn load_probes(
+        &mut self,
+        baked: &BakedScene,
+        cluster: &Cluster,
+        extent: ClusterExtent,
+        radiance: &ProbeRadiance,
+    ) {
         let probes = &baked.cluster_probes[cluster.first_probe as usize..][..cluster.probe_count as usize];
         for (channel, columns) in self.channels.iter_mut().enumerate() {
             let mut column = cluster.signal_count as usize;
             for l in 0..=baked.settings.sh_degree as usize {
+                if column >= extent.columns as usize {
+                    break;
+                }
                 for probe in probes {
                     let band = radiance.coefficients_from(*probe as usize, channel, l * l);
                     for at in (0..2 * l + 1).step_by(LANES) {
@@ -109,9 +143,15 @@ impl Columns {
         }
     }
 
-    /// Multiplies all columns with their factors.
-    fn scale(&mut self, baked: &BakedScene, cluster: &Cluster, factors: &[f32; 256]) -> &[[Lanes; 3]] {
-        let count = baked.column_count(cluster);
+    /// Multiplies the columns that count with their factors.
+    fn scale(
+        &mut self,
+        baked: &BakedScene,
+        cluster: &Cluster,
+        extent: ClusterExtent,
+        factors: &[f32; 256],
+    ) -> &[[Lanes; 3]] {
+        let count = extent.columns as usize;
         let exponents = &baked.column_exponents[cluster.column_exponent_offset as usize..][..count];
         for channel in &mut self.channels {
             channel[count..count.next_multiple_of(LANES)].fill(0.0);
@@ -134,8 +174,8 @@ impl Columns {
 #[derive(Clone, Copy)]
 struct Rows<'a> {
     words: &'a [u32],
-    /// Values of a row.
-    count: usize,
+    /// Values of a row as stored.
+    stride: usize,
 }
 
 impl<'a> Rows<'a> {
@@ -163,7 +203,7 @@ impl<'a> Rows<'a> {
         columns: &[[Lanes; 3]],
         products: &mut [[f32; 3]],
     ) -> Self {
-        let words = E::PRECISION.words(self.count);
+        let words = E::PRECISION.words(self.stride);
         let rows: [&[u32]; R] = std::array::from_fn(|row| &self.words[row * words..]);
         let mut sums = [[Lanes::ZERO; 3]; R];
         for (vector, columns) in columns.iter().enumerate() {
@@ -181,7 +221,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// b = (ΣVᵀ)·s for one cluster, whose matrix is the beginning of `words`.
+/// The leading rows of b = (ΣVᵀ)·s for one cluster, whose matrix is the beginning of `words`.
 fn project_cluster(
     baked: &BakedScene,
     cluster: &Cluster,
@@ -189,9 +229,10 @@ fn project_cluster(
     columns: &[[Lanes; 3]],
     b: &mut [[f32; 3]],
 ) {
-    let rows = Rows { words, count: baked.column_count(cluster) };
-    let (f16, integers) = b.split_at_mut(cluster.signal_ranks.f16 as usize);
-    let (snorm8, snorm4) = integers.split_at_mut(cluster.signal_ranks.snorm8 as usize);
+    let rows = Rows { words, stride: baked.column_count(cluster) };
+    let ranks = leading(cluster.signal_ranks, b.len() as u32);
+    let (f16, integers) = b.split_at_mut(ranks.f16 as usize);
+    let (snorm8, snorm4) = integers.split_at_mut(ranks.snorm8 as usize);
     rows.multiply_section::<F16>(columns, f16)
         .multiply_section::<Snorm8>(columns, snorm8)
         .multiply_section::<Snorm4>(columns, snorm4);

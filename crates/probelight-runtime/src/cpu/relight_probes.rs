@@ -14,14 +14,16 @@
 //! panels of `LANES` coefficients. A panel of 512 rays (32 KiB) stays in the first-level cache while a task multiplies
 //! its probes' radiance with it, sums in registers.
 
-use probelight_asset::{BakedScene, GAIN_STEPS};
-use probelight_math::directions::weighted_basis;
+use probelight_asset::BakedScene;
+use probelight_asset::packed::GAIN_STEPS;
 use probelight_math::glam::Vec3;
 use probelight_scene::Sky;
 use rayon::prelude::*;
 
 use super::per_thread::PerThread;
 use super::{LANES, Lanes};
+use crate::frame::RelightTable;
+use crate::{FramePlan, ProbeExtent};
 
 /// Probes multiplied together: their 24 sums of one panel, one value of the panel and one of radiance fill the
 /// 32 registers of AVX-512.
@@ -30,12 +32,9 @@ const PROBES: usize = 8;
 /// Spherical-harmonics coefficients of the radiance around each probe, W·m⁻²·sr⁻¹.
 #[derive(Debug)]
 pub struct ProbeRadiance {
-    rays: usize,
-    coefficients: usize,
     /// Coefficients between the starts of two channels.
     stride: usize,
-    /// Weighted basis values: panel by panel, ray by ray.
-    table: Vec<Lanes>,
+    table: Panels,
     /// Probe by probe, channel by channel, with `LANES` values of padding at the end.
     values: Vec<f32>,
     /// Radiance of the sky along each relight direction; black where the sky has signals of its own.
@@ -44,29 +43,24 @@ pub struct ProbeRadiance {
     radiance: PerThread<Vec<Vec3>>,
 }
 
+/// The [`RelightTable`] in panels.
+#[derive(Debug)]
+struct Panels {
+    table: RelightTable,
+    /// Weighted basis values: panel by panel, ray by ray.
+    lanes: Vec<Lanes>,
+}
+
 impl ProbeRadiance {
     /// Tabulates the basis for the relight directions and makes all probes dark.
-    ///
-    /// The quadrature is exact for radiance within the probes' own bands, where the number of rays allows.
     pub fn new(baked: &BakedScene) -> Self {
-        let (rays, coefficients) = (baked.relight_directions.len(), baked.coefficients());
-        let panels = coefficients.div_ceil(LANES);
-        let mut table = vec![[0.0; LANES]; panels * rays];
-        let weighted_basis = weighted_basis(&baked.relight_directions, baked.settings.sh_degree as usize);
-        for (ray, values) in weighted_basis.chunks_exact(coefficients).enumerate() {
-            for (j, value) in values.iter().enumerate() {
-                table[j / LANES * rays + ray][j % LANES] = *value;
-            }
-        }
-        let stride = panels * LANES;
-        let values = vec![0.0; baked.probes.len() * 3 * stride + LANES];
-        let table = table.into_iter().map(Lanes::new).collect();
+        let table = Panels::new(RelightTable::new(baked));
+        let (rays, coefficients) = (table.table.rays, table.table.coefficients);
+        let stride = coefficients.next_multiple_of(LANES);
         Self {
-            rays,
-            coefficients,
             stride,
             table,
-            values,
+            values: vec![0.0; baked.probes.len() * 3 * stride + LANES],
             sky: vec![Vec3::ZERO; rays],
             radiance: PerThread::new(|| vec![Vec3::ZERO; PROBES * rays]),
         }
@@ -74,7 +68,7 @@ impl ProbeRadiance {
 
     /// Coefficients of one probe and colour channel (0 red, 1 green, 2 blue).
     pub fn coefficients(&self, probe: usize, channel: usize) -> &[f32] {
-        &self.coefficients_from(probe, channel, 0)[..self.coefficients]
+        &self.coefficients_from(probe, channel, 0)[..self.table.table.coefficients]
     }
 
     /// Everything from one coefficient on; at least `LANES` values.
@@ -92,10 +86,10 @@ impl ProbeRadiance {
         }
     }
 
-    /// Projects the radiance that the relight rays bring, given that of the surfels, to coefficients.
-    pub fn relight_probes(&mut self, baked: &BakedScene, surfels: &[Vec3]) {
-        let Self { rays, stride, table, sky, radiance, .. } = self;
-        let (rays, stride) = (*rays, *stride);
+    /// Projects the radiance that the plan's relight rays bring, given that of the surfels, to as many coefficients.
+    pub fn relight_probes(&mut self, baked: &BakedScene, plan: &FramePlan, surfels: &[Vec3]) {
+        let Self { stride, table, sky, radiance, .. } = self;
+        let (rays, stride) = (table.table.rays, *stride);
         if rays == 0 {
             return;
         }
@@ -104,45 +98,92 @@ impl ProbeRadiance {
             .par_chunks_mut(PROBES * 3 * stride)
             .zip(baked.relight_surfels.par_chunks(PROBES * rays))
             .zip(baked.relight_gains.par_chunks(PROBES * rays))
-            .for_each(|((values, seen), gains)| {
+            .zip(plan.probes().par_chunks(PROBES))
+            .for_each(|(((values, seen), gains), extents)| {
                 let mut scratch = radiance.lock();
-                let radiance = &mut scratch[..seen.len()];
-                look(seen, gains, surfels, sky, radiance);
-                if seen.len() == PROBES * rays {
-                    project::<PROBES>(table, rays, radiance, values);
+                let view = RayView { seen, gains, surfels, sky };
+                let are_alike = extents.len() == PROBES && extents.iter().all(|extent| *extent == extents[0]);
+                if are_alike {
+                    table.relight::<PROBES>(extents[0], &view, &mut scratch, values);
                     return;
                 }
-                for (values, radiance) in values.chunks_exact_mut(3 * stride).zip(radiance.chunks_exact(rays))
-                {
-                    project::<1>(table, rays, radiance, values);
+                for (probe, extent) in extents.iter().enumerate() {
+                    let values = &mut values[probe * 3 * stride..][..3 * stride];
+                    table.relight::<1>(*extent, &view.of_probe(probe), &mut scratch, values);
                 }
             });
     }
 }
 
-/// Radiance of some probes' rays, from the surfels they meet or else the sky, times their gains.
-fn look(seen: &[u32], gains: &[u8], surfels: &[Vec3], sky: &[Vec3], radiance: &mut [Vec3]) {
-    let of_probes = seen.chunks_exact(sky.len()).zip(gains.chunks_exact(sky.len()));
-    for ((seen, gains), radiance) in of_probes.zip(radiance.chunks_exact_mut(sky.len())) {
-        for (((surfel, gain), sky), radiance) in seen.iter().zip(gains).zip(sky).zip(radiance) {
-            // The number that stands for no surfel is not in the slice.
-            *radiance = *surfels.get(*surfel as usize).unwrap_or(sky)
-                * (f32::from(*gain) * (1.0 / f32::from(GAIN_STEPS)));
+/// What the rays of some probes see.
+struct RayView<'a> {
+    /// The surfel that each ray meets; a probe's rays in a row.
+    seen: &'a [u32],
+    gains: &'a [u8],
+    surfels: &'a [Vec3],
+    sky: &'a [Vec3],
+}
+
+impl RayView<'_> {
+    /// That of one probe.
+    fn of_probe(&self, probe: usize) -> Self {
+        let rays = self.sky.len();
+        let its = probe * rays..(probe + 1) * rays;
+        Self { seen: &self.seen[its.clone()], gains: &self.gains[its], ..*self }
+    }
+
+    /// Radiance of each probe's leading rays, from the surfels they meet or else the sky, times gains and weights.
+    fn look(&self, weights: &[f32], radiance: &mut [Vec3]) {
+        let rays = self.sky.len();
+        let of_probes = self.seen.chunks_exact(rays).zip(self.gains.chunks_exact(rays));
+        for ((seen, gains), radiance) in of_probes.zip(radiance.chunks_exact_mut(rays)) {
+            let rays = seen.iter().zip(gains).zip(self.sky).zip(weights);
+            for ((((surfel, gain), sky), weight), radiance) in rays.zip(radiance) {
+                let gain = f32::from(*gain) * (1.0 / f32::from(GAIN_STEPS)) * weight;
+                // The number that stands for no surfel is not in the slice.
+                *radiance = *self.surfels.get(*surfel as usize).unwrap_or(sky) * gain;
+            }
         }
     }
 }
 
-/// Coefficients of `P` probes.
-#[inline(always)]
-fn project<const P: usize>(table: &[Lanes], rays: usize, radiance: &[Vec3], values: &mut [f32]) {
-    let stride = table.len() / rays * LANES;
-    let probes: [&[Vec3]; P] = std::array::from_fn(|probe| &radiance[probe * rays..][..rays]);
-    for (panel_index, panel) in table.chunks_exact(rays).enumerate() {
-        let sums = multiply_panel(panel, probes);
-        for (probe, sums) in sums.iter().enumerate() {
-            for (channel, sums) in sums.iter().enumerate() {
-                let at = (probe * 3 + channel) * stride + panel_index * LANES;
-                values[at..at + LANES].copy_from_slice(&sums.to_array());
+impl Panels {
+    fn new(table: RelightTable) -> Self {
+        let panels = table.coefficients.div_ceil(LANES);
+        let mut lanes = vec![[0.0; LANES]; panels * table.rays];
+        for (ray, values) in table.basis.chunks_exact(table.coefficients).enumerate() {
+            for (j, value) in values.iter().enumerate() {
+                lanes[j / LANES * table.rays + ray][j % LANES] = *value;
+            }
+        }
+        Self { table, lanes: lanes.into_iter().map(Lanes::new).collect() }
+    }
+
+    /// Coefficients of `P` probes with the same extent; `values` are theirs.
+    #[inline(always)]
+    fn relight<const P: usize>(
+        &self,
+        extent: ProbeExtent,
+        view: &RayView,
+        scratch: &mut [Vec3],
+        values: &mut [f32],
+    ) {
+        let (stored, rays) = (self.table.rays, extent.rays as usize);
+        if rays == 0 {
+            return;
+        }
+        let radiance = &mut scratch[..P * stored];
+        view.look(self.table.weights_of(extent.rays), radiance);
+        let probes: [&[Vec3]; P] = std::array::from_fn(|probe| &radiance[probe * stored..][..rays]);
+        let (coefficients, stride) = (extent.coefficients(), values.len() / (3 * P));
+        let panels = self.lanes.chunks_exact(stored).zip((0..coefficients).step_by(LANES));
+        for (panel, first) in panels {
+            let count = LANES.min(coefficients - first);
+            for (probe, sums) in multiply_panel(&panel[..rays], probes).iter().enumerate() {
+                for (channel, sums) in sums.iter().enumerate() {
+                    let at = (probe * 3 + channel) * stride + first;
+                    values[at..at + count].copy_from_slice(&sums.to_array()[..count]);
+                }
             }
         }
     }

@@ -2,15 +2,14 @@
 
 use std::time::{Duration, Instant};
 
-use super::cluster_shards::ClusterShard;
 use super::device::{GpuError, checked, is_software, new_encoder};
-use super::frame_buffers::RGB_BYTES;
 use super::gpu_runtime::GpuRuntime;
 use super::kernel::{Kernel, whole};
-use super::stage::{Stage, StageTimings};
 use super::stage_shaders::COPY_WORDS;
 use super::storage::Storage;
 use super::timestamps::{FrameTimestamps, PassTimestamps};
+use crate::frame::{Held, stage_bytes_with};
+use crate::{PerStage, Stage, StageTimings};
 
 /// Stages before each frame that is measured, in the same submission, so that the GPU does not fall asleep.
 const STAGES_BEFORE: usize = 15;
@@ -22,8 +21,8 @@ const COPY_BYTES: u64 = 128 << 20;
 const COPIES: usize = 10;
 
 impl GpuRuntime {
-    /// Measures as many frames. Before each, `change` may change lights and colours; drawing the shadow maps is not
-    /// measured.
+    /// Measures as many frames. Before each, `change` may change lights, colours and the plan; drawing the shadow maps is
+    /// not measured.
     ///
     /// A GPU's own clock tells how long each stage took within a whole frame. Drivers in software note times when
     /// work is handed to their threads, not when it is done; for them, and for GPUs without such a clock, each stage
@@ -55,7 +54,7 @@ impl GpuRuntime {
         for stage in Stage::ALL[1..].iter().cycle().take(STAGES_BEFORE) {
             self.encode_stage(*stage, &mut encoder, None);
         }
-        self.encode_timed(&mut encoder, timestamps);
+        self.encode_stages_timed(&mut encoder, timestamps);
         self.queue.submit([encoder.finish()]);
         timestamps.read(&self.device, &self.queue)
     }
@@ -64,51 +63,34 @@ impl GpuRuntime {
         let mut encoder = new_encoder(&self.device);
         self.encode_shadow_maps(&mut encoder);
         submit_and_wait(&self.device, &self.queue, encoder)?;
-        let mut stages = [Duration::ZERO; Stage::ALL.len()];
-        for (stage, time) in Stage::ALL.into_iter().zip(&mut stages) {
+        let mut timings = StageTimings::default();
+        for stage in Stage::ALL {
             let mut encoder = new_encoder(&self.device);
             self.encode_stage(stage, &mut encoder, None);
-            *time = submit_and_wait(&self.device, &self.queue, encoder)?;
+            timings.stages[stage] = submit_and_wait(&self.device, &self.queue, encoder)?;
         }
-        Ok(StageTimings { stages, frame: stages.iter().sum() })
+        timings.frame = timings.stages.values().iter().sum();
+        Ok(timings)
     }
 
-    /// Bytes that each stage must move if it reads each of its inputs once and writes each of its outputs once; in the
-    /// order of [`Stage::ALL`]. Shadow maps are not counted, direct light and shading only if `lights_move`.
-    pub fn stage_bytes(&self, lights_move: bool) -> [u64; Stage::ALL.len()] {
-        let (baked, buffers) = (&self.baked, &self.buffers);
-        let texel = 8;
-        let rgb = RGB_BYTES;
+    /// Bytes that each stage must move by the present plan if it reads each of its inputs once and writes each of its
+    /// outputs once. Shadow maps are not counted, direct light and shading only if `lights_move`.
+    pub fn stage_bytes(&self, lights_move: bool) -> PerStage<u64> {
+        let lightmap = &self.buffers.lightmap;
+        let texel = lightmap.format().block_copy_size(None).map_or(0, u64::from);
         let level = |level: u32| {
-            let size = buffers.lightmap.size().mip_level_size(level, wgpu::TextureDimension::D2);
+            let size = lightmap.size().mip_level_size(level, wgpu::TextureDimension::D2);
             texel * u64::from(size.width) * u64::from(size.height)
         };
-        let levels =
-            if self.stages.reduce_lightmap.is_some() { buffers.lightmap.mip_level_count() } else { 1 };
-        let dilated = baked.lightmap.dilation.len() as u64;
-        let scalar_signals = rgb * baked.scalar_signals() as u64;
-        let coefficients = rgb * (baked.probes.len() * baked.coefficients()) as u64;
-        let basis = 4 * (baked.relight_directions.len() * baked.coefficients()) as u64;
-        let surfels = rgb * baked.surfels.len() as u64;
-        let relight_rays =
-            (size_of_val(&baked.relight_surfels[..]) + size_of_val(&baked.relight_gains[..])) as u64;
-        let clusters = |bytes: fn(&ClusterShard) -> u64| self.shards.iter().map(bytes).sum::<u64>();
-        Stage::ALL.map(|stage| match stage {
-            Stage::LightSurfels => {
-                let light = &self.stages.light_surfels;
-                let shading = if lights_move { light.shading_bytes() } else { 0 };
-                light.feedback_bytes() + shading + buffers.irradiance.size() + scalar_signals
-            }
-            Stage::RelightProbes => relight_rays + basis + surfels + coefficients,
-            Stage::ProjectClusters => clusters(|shard| shard.projection_bytes()) + buffers.signals.size(),
-            Stage::GatherReceivers => {
-                let texels = texel * baked.receiver_texels.len() as u64;
-                let borders = self.stages.blend_borders.bytes();
-                clusters(|shard| shard.gather_bytes()) + buffers.irradiance.size() + texels + borders
-            }
-            Stage::DilateLightmap => dilated * (8 + rgb + texel),
-            Stage::ReduceLightmap => (1..levels).map(|n| level(n - 1) + level(n)).sum(),
-        })
+        let levels = if self.stages.reduce_lightmap.is_some() { lightmap.mip_level_count() } else { 1 };
+        let held = Held {
+            feedback: self.stages.light_surfels.feedback_bytes(),
+            shading: self.stages.light_surfels.shading_bytes(),
+            column_numbers: [4.0; 2],
+            texel,
+            reduction: (1..levels).map(|n| level(n - 1) + level(n)).sum(),
+        };
+        stage_bytes_with(&self.baked, self.plan(), lights_move, &held)
     }
 }
 
@@ -125,8 +107,8 @@ pub fn copy_bandwidth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<f64,
         let (source, copied) = (storage.zeros("source", bytes)?, storage.zeros("copy", bytes)?);
         let kernel = Kernel::new(device, &COPY_WORDS, None);
         let group = kernel.bind(device, 0, &whole(&[&source, &copied]));
-        Ok::<_, GpuError>((kernel, group))
-    })??;
+        Ok((kernel, group))
+    })?;
     let mut fastest = Duration::MAX;
     for _ in 0..COPIES {
         let mut encoder = new_encoder(device);

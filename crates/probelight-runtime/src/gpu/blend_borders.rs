@@ -9,6 +9,7 @@ use super::frame_buffers::{FrameBuffers, RGB_BYTES, level_view};
 use super::kernel::{Kernel, whole};
 use super::stage_shaders::{BLEND_BORDERS, STORE_BLENDED};
 use super::storage::Storage;
+use crate::frame::ReceiverPlace;
 
 /// Invocations of a workgroup.
 pub(super) const WORKGROUP: usize = 64;
@@ -25,6 +26,10 @@ pub(super) struct BorderReceiver {
     pub(super) first_record: u32,
     /// Number of these.
     pub(super) record_count: u32,
+    /// Index of its cluster.
+    pub(super) cluster: u32,
+    /// Which of the cluster's receivers it is.
+    pub(super) index: u32,
 }
 
 /// Blends the irradiance of the receivers beside borders with what is across.
@@ -33,7 +38,6 @@ pub(super) struct BlendBorders {
     blend: (Kernel, wgpu::BindGroup),
     store: (Kernel, wgpu::BindGroup),
     receivers: usize,
-    bytes: u64,
 }
 
 impl BlendBorders {
@@ -43,13 +47,14 @@ impl BlendBorders {
         buffers: &FrameBuffers,
     ) -> Result<Self, GpuError> {
         let records = baked.border_blends();
-        let border_receivers = border_receivers(&records, &baked.receiver_texels);
+        let border_receivers = border_receivers(&records, baked);
         let receivers = storage.array("receivers beside borders", &border_receivers)?;
         let records = storage.array("blends across borders", &records)?;
         let blended = storage.zeros("blended irradiance", RGB_BYTES * border_receivers.len() as u64)?;
         let blend = Kernel::new(storage.device, &BLEND_BORDERS, None);
-        let inputs = [&receivers, &records, &buffers.irradiance, &blended];
-        let group = blend.bind(storage.device, 0, &whole(&inputs));
+        let extents = buffers.extents.clusters.as_entire_binding();
+        let inputs = whole(&[&receivers, &records, &buffers.irradiance, &blended]);
+        let group = blend.bind_at(storage.device, 0, (0..).zip(inputs).chain([(5, extents.clone())]));
         let store = Kernel::new(storage.device, &STORE_BLENDED, None);
         let texels = level_view(&buffers.lightmap, 0);
         let outputs = [
@@ -57,20 +62,10 @@ impl BlendBorders {
             (2, buffers.irradiance.as_entire_binding()),
             (3, blended.as_entire_binding()),
             (4, BindingResource::TextureView(&texels)),
+            (5, extents),
         ];
         let store_group = store.bind_at(storage.device, 0, outputs);
-        let copied = border_receivers.len() as u64 * (2 * RGB_BYTES);
-        Ok(Self {
-            bytes: receivers.size() + records.size() + copied,
-            blend: (blend, group),
-            store: (store, store_group),
-            receivers: border_receivers.len(),
-        })
-    }
-
-    /// What it reads besides the gathered irradiance, and what it writes, bytes.
-    pub(super) fn bytes(&self) -> u64 {
-        self.bytes
+        Ok(Self { blend: (blend, group), store: (store, store_group), receivers: border_receivers.len() })
     }
 
     pub(super) fn blend_borders(&self, pass: &mut wgpu::ComputePass) {
@@ -81,17 +76,23 @@ impl BlendBorders {
 }
 
 /// Where the records of each receiver lie.
-fn border_receivers(records: &[BorderBlend], receiver_texels: &[u32]) -> Vec<BorderReceiver> {
+fn border_receivers(records: &[BorderBlend], baked: &BakedScene) -> Vec<BorderReceiver> {
+    let receivers: Vec<u32> = BorderBlend::by_receiver(records).map(|records| records[0].receiver).collect();
     let mut first_record = 0;
-    let place = |records: &[BorderBlend]| {
+    let record = |(records, place): (&[BorderBlend], ReceiverPlace)| {
         let (receiver, record_count) = (records[0].receiver, records.len() as u32);
         first_record += record_count;
         BorderReceiver {
             receiver,
-            texel: receiver_texels[receiver as usize],
+            texel: baked.receiver_texels[receiver as usize],
             first_record: first_record - record_count,
             record_count,
+            cluster: place.cluster,
+            index: place.index,
         }
     };
-    BorderBlend::by_receiver(records).map(place).collect()
+    BorderBlend::by_receiver(records)
+        .zip(ReceiverPlace::of(&baked.clusters, &receivers))
+        .map(record)
+        .collect()
 }

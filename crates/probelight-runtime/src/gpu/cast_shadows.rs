@@ -1,11 +1,25 @@
 //! Draws depth from the views of lights, for [`shadow_maps`](super::shadow_maps).
 
+use bytemuck::{Pod, Zeroable};
+
 use super::scene_geometry::{AlphaMasks, SceneGeometry};
 use super::shaders;
 use super::shadow_maps::uniform_entry;
 
 /// Format of the maps.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// When a masked surface exists: `AlphaTest` in `cast_shadows.wgsl`.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct AlphaTestRecord {
+    /// Factor on the mask.
+    pub(super) factor: f32, //      0
+    /// The least product that is solid.
+    pub(super) cutoff: f32, //      4
+    /// Fills the record.
+    pub(super) unused: [f32; 2], // 8
+}
 
 /// The pipelines that draw depth.
 #[derive(Debug)]

@@ -20,6 +20,8 @@ pub(super) const GATHER_BLOCK: u32 = 256;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct ClusterRecord {
+    /// Index among all clusters.
+    pub(super) number: u32,
     /// First receiver, among all receivers.
     pub(super) first_receiver: u32,
     /// First of its texels in the shard's.
@@ -141,15 +143,16 @@ impl<'a> ShardArrays<'a> {
             receiver_texels: part(&baked.receiver_texels, first, next, |c| u64::from(c.first_receiver)),
             ..Self::default()
         };
-        for cluster in &baked.clusters[range.clone()] {
-            arrays.push(baked, first, cluster);
+        for (number, cluster) in range.clone().zip(&baked.clusters[range]) {
+            arrays.push(baked, first, number as u32, cluster);
         }
         arrays
     }
 
-    fn push(&mut self, baked: &BakedScene, first: &Cluster, cluster: &Cluster) {
+    fn push(&mut self, baked: &BakedScene, first: &Cluster, number: u32, cluster: &Cluster) {
         let index = self.clusters.len() as u32;
         self.clusters.push(ClusterRecord {
+            number,
             first_receiver: cluster.first_receiver,
             first_texel: cluster.first_receiver - first.first_receiver,
             receiver_count: cluster.receiver_count,
@@ -195,19 +198,6 @@ fn part<'a, T>(
 }
 
 impl ClusterShard {
-    /// What `project_clusters` reads of the shard, and b, bytes.
-    pub(super) fn projection_bytes(&self) -> u64 {
-        let input =
-            [&self.clusters, &self.column_signals, &self.exponents, &self.row_scales, &self.signal_basis];
-        input.map(wgpu::Buffer::size).iter().sum::<u64>() + self.coefficients.size()
-    }
-
-    /// What `gather_receivers` reads of the shard, bytes.
-    pub(super) fn gather_bytes(&self) -> u64 {
-        let input = [&self.clusters, &self.tasks, &self.receiver_basis, &self.receiver_texels];
-        input.map(wgpu::Buffer::size).iter().sum::<u64>() + self.coefficients.size()
-    }
-
     fn new(storage: &Storage, baked: &BakedScene, range: Range<usize>) -> Result<Self, GpuError> {
         let arrays = ShardArrays::new(baked, range);
         Ok(Self {

@@ -4,7 +4,10 @@
 //! one GPU runs on all. Timestamp queries are the exception: they are asked for where they exist.
 
 use std::cmp::Reverse;
+use std::future::Future;
+use std::pin::pin;
 use std::sync::{Arc, OnceLock};
+use std::task::{Context, Poll, Waker};
 
 use wgpu::{AdapterInfo, DeviceType, Features};
 
@@ -62,7 +65,7 @@ pub enum GpuError {
     /// An array that shaders cannot bind.
     #[error(
         "the GPU can use arrays of up to {limit} bytes, and this scene needs {bytes} for its {content}: \
-         bake with fewer texels or probes, or use the CPU"
+         bake a scene with fewer triangles, or with fewer texels or probes, or use the CPU"
     )]
     TooLarge {
         /// What the array holds.
@@ -120,14 +123,23 @@ impl GpuDevice {
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`], [`GpuError::UnknownAdapter`] or [`GpuError::NotOpened`].
+    #[cfg(feature = "blocking")]
     pub fn open(wanted: Option<&str>) -> Result<Self, GpuError> {
-        let instance = new_instance();
-        let adapters = adapters_best_first(&instance);
+        pollster::block_on(Self::open_async(wanted))
+    }
+
+    /// [`open`](Self::open) without waiting: for browsers.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`], [`GpuError::UnknownAdapter`] or [`GpuError::NotOpened`].
+    pub async fn open_async(wanted: Option<&str>) -> Result<Self, GpuError> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let adapters = adapters_best_first(&instance).await;
         let wanted_part = wanted.unwrap_or_default().to_lowercase();
         let mut failure = None;
         let matching = adapters.iter().filter(|a| a.get_info().name.to_lowercase().contains(&wanted_part));
         for adapter in matching {
-            match Self::open_adapter(&instance, adapter) {
+            match Self::open_adapter(&instance, adapter).await {
                 Ok(gpu) => return Ok(gpu),
                 Err(error) => failure = failure.or(Some(error)),
             }
@@ -135,20 +147,23 @@ impl GpuDevice {
         Err(match (failure, wanted) {
             (Some(failure), _) => failure,
             (None, Some(wanted)) if !adapters.is_empty() => {
-                GpuError::UnknownAdapter { wanted: wanted.into(), available: names(&adapters) }
+                let available = adapters.iter().map(|adapter| adapter.get_info().name).collect();
+                GpuError::UnknownAdapter { wanted: wanted.into(), available }
             }
             _ => GpuError::NoAdapter,
         })
     }
 
-    fn open_adapter(instance: &wgpu::Instance, adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
+    async fn open_adapter(instance: &wgpu::Instance, adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
         let info = adapter.get_info();
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("probelight"),
             required_features: adapter.features() & optional_features(),
             ..wgpu::DeviceDescriptor::default()
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+        let (device, queue) = adapter
+            .request_device(&descriptor)
+            .await
             .map_err(|error| GpuError::NotOpened { adapter: info.name.clone(), reason: error.to_string() })?;
         let lost = Arc::new(OnceLock::new());
         // Of several reasons the first counts.
@@ -180,29 +195,50 @@ impl GpuDevice {
     }
 }
 
-/// Names of the GPUs there are, best first.
-pub fn adapter_names() -> Vec<String> {
-    names(&adapters_best_first(&new_instance()))
-}
-
-/// Runs `make`, which makes resources on a device, and reports what the device says about it.
+/// Runs `make`, which makes resources on a device, and reports what the device says about it. Waits for nothing.
+///
+/// In browsers devices take time to say something, and there this reports nothing: errors belong to whatever listens
+/// around it, [`checked_async`] or the device's own handler.
 ///
 /// # Errors
-/// [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
+/// [`GpuError::OutOfMemory`], [`GpuError::Refused`], or an error of `make`.
 pub fn checked<T>(
     device: &wgpu::Device,
     purpose: &'static str,
-    make: impl FnOnce() -> T,
+    make: impl FnOnce() -> Result<T, GpuError>,
+) -> Result<T, GpuError> {
+    if cfg!(target_arch = "wasm32") {
+        return make();
+    }
+    let answer = pin!(checked_async(device, purpose, make));
+    match answer.poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(made) => made,
+        // Drivers are asked by function calls; none of wgpu's native backends comes here.
+        Poll::Pending => {
+            Err(GpuError::Refused { purpose, reason: "the device did not answer at once".into() })
+        }
+    }
+}
+
+/// [`checked`], with patience.
+///
+/// # Errors
+/// [`GpuError::OutOfMemory`], [`GpuError::Refused`], or an error of `make`.
+pub async fn checked_async<T>(
+    device: &wgpu::Device,
+    purpose: &'static str,
+    make: impl FnOnce() -> Result<T, GpuError>,
 ) -> Result<T, GpuError> {
     let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let made = make();
-    let out_of_memory = pollster::block_on(memory.pop());
-    let refused = pollster::block_on(validation.pop());
+    // Both scopes end before anything waits: others may begin meanwhile.
+    let (out_of_memory, refused) = (memory.pop(), validation.pop());
+    let (out_of_memory, refused) = (out_of_memory.await, refused.await);
     match (out_of_memory, refused) {
         (Some(_), _) => Err(GpuError::OutOfMemory { purpose }),
         (None, Some(error)) => Err(GpuError::Refused { purpose, reason: error.to_string() }),
-        (None, None) => Ok(made),
+        (None, None) => made,
     }
 }
 
@@ -220,12 +256,8 @@ fn optional_features() -> Features {
     Features::TIMESTAMP_QUERY | Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
 }
 
-fn new_instance() -> wgpu::Instance {
-    wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle())
-}
-
-fn adapters_best_first(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
-    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+async fn adapters_best_first(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
+    let mut adapters = instance.enumerate_adapters(wgpu::Backends::all()).await;
     // The sort is stable: equals keep the driver's order.
     adapters.sort_by_key(|adapter| Reverse(rank(adapter.get_info().device_type)));
     adapters
@@ -239,8 +271,4 @@ fn rank(kind: DeviceType) -> u32 {
         DeviceType::Other => 1,
         DeviceType::Cpu => 0,
     }
-}
-
-fn names(adapters: &[wgpu::Adapter]) -> Vec<String> {
-    adapters.iter().map(|adapter| adapter.get_info().name).collect()
 }

@@ -1,4 +1,4 @@
-//! Stage 5: texels around the charts. The twin of [`cpu::dilate_lightmap`](crate::cpu::dilate_lightmap).
+//! Stage 5: texels around the charts. The twin of `cpu::dilate_lightmap`.
 
 use bytemuck::{Pod, Zeroable};
 use probelight_asset::BakedScene;

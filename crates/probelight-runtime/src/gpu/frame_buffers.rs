@@ -5,6 +5,7 @@ use probelight_asset::BakedScene;
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::device::GpuError;
+use super::frame_extents::FrameExtents;
 use super::storage::Storage;
 
 /// Format of the irradiance lightmap: filterable everywhere, and precise enough for light (eleven bits).
@@ -41,6 +42,7 @@ pub struct FrameBuffers {
     /// All levels of it.
     pub lightmap_view: wgpu::TextureView,
     pub(super) shape: wgpu::Buffer,
+    pub(super) extents: FrameExtents,
 }
 
 impl FrameBuffers {
@@ -61,6 +63,7 @@ impl FrameBuffers {
             lightmap_view: lightmap.create_view(&wgpu::TextureViewDescriptor::default()),
             lightmap,
             shape: storage.uniform("signal shape", &shape),
+            extents: FrameExtents::new(storage, baked)?,
         })
     }
 }

@@ -1,4 +1,4 @@
-//! Stage 4: irradiance of the receivers. The twin of [`cpu::gather_receivers`](crate::cpu::gather_receivers).
+//! Stage 4: irradiance of the receivers. The twin of `cpu::gather_receivers`.
 
 use wgpu::BindingResource;
 
@@ -24,6 +24,7 @@ impl GatherReceivers {
             let mut resources = whole(&input);
             resources.extend(whole(&[&shard.receiver_texels, &buffers.irradiance]));
             resources.push(BindingResource::TextureView(&texels));
+            resources.push(buffers.extents.clusters.as_entire_binding());
             (kernel.bind(device, 0, &resources), shard.task_count)
         };
         let shards = shards.iter().map(bind).collect();

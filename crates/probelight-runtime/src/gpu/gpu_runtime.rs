@@ -8,7 +8,7 @@ use probelight_scene::Lighting;
 
 use super::blend_borders::BlendBorders;
 use super::cluster_shards::{ClusterShard, cluster_shards};
-use super::device::{GpuError, checked, new_encoder};
+use super::device::{GpuError, checked, checked_async, new_encoder};
 use super::dilate_lightmap::DilateLightmap;
 use super::frame_buffers::FrameBuffers;
 use super::gather_receivers::GatherReceivers;
@@ -18,13 +18,15 @@ use super::reduce_lightmap::ReduceLightmap;
 use super::relight_probes::RelightProbes;
 use super::scene_geometry::SceneGeometry;
 use super::shadow_maps::{ShadowMapOptions, ShadowMaps};
-use super::stage::Stage;
 use super::storage::Storage;
 use super::timestamps::FrameTimestamps;
+#[cfg(feature = "blocking")]
 use crate::Convergence;
-use crate::cpu::SurfaceColors;
-use crate::runtime::relative_change;
+#[cfg(feature = "blocking")]
+use crate::convergence::relative_change;
+use crate::frame::FramePlans;
 use crate::scene_state::SceneState;
+use crate::{FrameInput, FramePlan, LodSettings, RuntimeError, Stage, SurfaceColors};
 
 /// How a [`GpuRuntime`] uses the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +45,7 @@ impl Default for GpuOptions {
     }
 }
 
-/// Lights a baked scene on the GPU, frame by frame: the twin of [`Runtime`](crate::Runtime).
+/// Lights a baked scene on the GPU, frame by frame: the twin of `Runtime`.
 ///
 /// It works on any [`wgpu::Device`] with WebGPU's default limits. A frame is a number of passes in a command
 /// encoder of the caller's; nothing is read back and nothing waits.
@@ -53,6 +55,7 @@ pub struct GpuRuntime {
     pub(super) queue: wgpu::Queue,
     pub(super) baked: Arc<BakedScene>,
     state: SceneState,
+    plans: FramePlans,
     geometry: SceneGeometry,
     shadow_maps: ShadowMaps,
     pub(super) buffers: FrameBuffers,
@@ -98,30 +101,58 @@ impl GpuRuntime {
     /// shine.
     ///
     /// # Errors
-    /// If the device cannot hold the scene.
+    /// If the device cannot hold the scene. In browsers, where devices take
+    /// time to say so, [`new_async`](Self::new_async) is needed to hear it.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         baked: Arc<BakedScene>,
         options: GpuOptions,
     ) -> Result<Self, GpuError> {
+        checked(device, "the baked scene", || Self::make(device, queue, baked, options))
+    }
+
+    /// [`new`](Self::new), after the device said whether it has all that was made.
+    ///
+    /// # Errors
+    /// As those of [`new`](Self::new).
+    pub async fn new_async(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        baked: Arc<BakedScene>,
+        options: GpuOptions,
+    ) -> Result<Self, GpuError> {
+        checked_async(device, "the baked scene", || Self::make(device, queue, baked, options)).await
+    }
+
+    fn make(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        baked: Arc<BakedScene>,
+        options: GpuOptions,
+    ) -> Result<Self, GpuError> {
         let geometry = SceneGeometry::new(device, queue, &baked.scene)?;
-        let shadow_maps = ShadowMaps::new(device, &geometry, options.shadow_maps)?;
+        let mut shadow_maps = ShadowMaps::new(device, &geometry, options.shadow_maps)?;
         let mut storage = Storage::new(device, queue);
         storage.limit = storage.limit.min(options.largest_buffer.unwrap_or(u64::MAX));
-        let (buffers, shards, stages) = checked(device, "the baked scene", || {
-            let buffers = FrameBuffers::new(&storage, &baked)?;
-            let shards = cluster_shards(&storage, &baked)?;
-            let reduces = options.reduces_lightmap;
-            let stages = Stages::new(&storage, &baked, &buffers, &shards, &shadow_maps, reduces)?;
-            Ok::<_, GpuError>((buffers, shards, stages))
-        })??;
-        let (device, queue, state) = (device.clone(), queue.clone(), SceneState::new(&baked));
-        let mut runtime =
-            Self { device, queue, baked, state, geometry, shadow_maps, buffers, shards, stages };
-        let lights = runtime.state.lighting.lights.clone();
-        runtime.shadow_maps.set_lights(&runtime.device, &runtime.queue, &runtime.geometry, &lights)?;
-        Ok(runtime)
+        let buffers = FrameBuffers::new(&storage, &baked)?;
+        let shards = cluster_shards(&storage, &baked)?;
+        let stages =
+            Stages::new(&storage, &baked, &buffers, &shards, &shadow_maps, options.reduces_lightmap)?;
+        let state = SceneState::new(&baked);
+        shadow_maps.set_lights(device, queue, &geometry, &state.lighting.lights)?;
+        Ok(Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            plans: FramePlans::new(&baked),
+            baked,
+            state,
+            geometry,
+            shadow_maps,
+            buffers,
+            shards,
+            stages,
+        })
     }
 
     /// The baked scene.
@@ -158,11 +189,12 @@ impl GpuRuntime {
     /// Changes the light sources. Shadow maps are drawn again only if an analytic light changed.
     ///
     /// # Errors
-    /// If the device cannot hold the shadow maps of so many lights; then the lighting stays as it was.
+    /// If a number of the lighting is not finite or negative where light cannot be, or the device cannot hold the shadow
+    /// maps of so many lights; then the lighting stays as it was.
     pub fn set_lighting(&mut self, lighting: Lighting) -> Result<(), GpuError> {
+        lighting.validate().map_err(RuntimeError::from)?;
         self.shadow_maps.set_lights(&self.device, &self.queue, &self.geometry, &lighting.lights)?;
-        self.state.set_lighting(lighting);
-        Ok(())
+        Ok(self.state.set_lighting(lighting)?)
     }
 
     /// A material's present colours.
@@ -186,16 +218,66 @@ impl GpuRuntime {
         Ok(self.state.set_emission(material, radiance)?)
     }
 
-    /// Encodes one frame, which adds one bounce to the lightmap. Changes reach the GPU with the next submission
-    /// to the queue, so submit before the next change.
-    pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder) {
+    /// The levels of detail by which frames are planned.
+    pub fn lod(&self) -> &LodSettings {
+        self.plans.lod()
+    }
+
+    /// Changes the levels of detail from the next frame on.
+    ///
+    /// # Errors
+    /// See [`LodSettings::check`].
+    pub fn set_lod(&mut self, lod: LodSettings) -> Result<(), GpuError> {
+        Ok(self.plans.set_lod(lod)?)
+    }
+
+    /// What stages compute; everything at first.
+    pub fn plan(&self) -> &FramePlan {
+        self.plans.plan()
+    }
+
+    /// Plans the stages that are encoded from now on.
+    pub fn plan_frame(&mut self, input: &FrameInput) {
+        self.plans.plan_frame(&self.baked, input);
+        self.buffers.extents.upload(&self.queue, self.plans.plan());
+    }
+
+    /// Takes a plan of the caller's for the stages that are encoded from now on.
+    ///
+    /// # Errors
+    /// [`RuntimeError::ForeignPlan`] if the plan is one for another scene.
+    pub fn set_plan(&mut self, plan: &FramePlan) -> Result<(), GpuError> {
+        self.plans.set_plan(&self.baked, plan)?;
+        self.buffers.extents.upload(&self.queue, self.plans.plan());
+        Ok(())
+    }
+
+    /// Encodes one frame, which adds one bounce to the lightmap. Changes and plans reach the GPU with the next
+    /// submission to the queue, so submit before the next change.
+    pub fn encode(&mut self, input: &FrameInput, encoder: &mut wgpu::CommandEncoder) {
+        self.plan_frame(input);
         for stage in Stage::ALL {
             self.encode_stage(stage, encoder, None);
         }
     }
 
     /// Encodes one frame and measures its stages.
-    pub fn encode_timed(&mut self, encoder: &mut wgpu::CommandEncoder, timestamps: &FrameTimestamps) {
+    pub fn encode_timed(
+        &mut self,
+        input: &FrameInput,
+        encoder: &mut wgpu::CommandEncoder,
+        timestamps: &FrameTimestamps,
+    ) {
+        self.plan_frame(input);
+        self.encode_stages_timed(encoder, timestamps);
+    }
+
+    /// Encodes all stages by the present plan and measures them.
+    pub(super) fn encode_stages_timed(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        timestamps: &FrameTimestamps,
+    ) {
         for stage in Stage::ALL {
             self.encode_stage(stage, encoder, Some(timestamps));
         }
@@ -208,7 +290,7 @@ impl GpuRuntime {
         self.shadow_maps.encode(encoder, &self.geometry);
     }
 
-    /// Encodes one stage. A frame is all of them, in order.
+    /// Encodes one stage by the [present plan](Self::plan). A frame is all of them, in order.
     pub fn encode_stage(
         &mut self,
         stage: Stage,
@@ -271,17 +353,18 @@ impl GpuRuntime {
         self.queue.submit([encoder.finish()]);
     }
 
-    /// Computes frames until the relative change of the receivers' irradiance is at most `tolerance`, at most
-    /// `max_steps`. It reads the irradiance back after each frame: for still pictures, not for real time.
+    /// Computes frames without a view until the relative change of the receivers' irradiance is at most `tolerance`, at
+    /// most `max_steps`. It reads the irradiance back after each frame: for still pictures, not for real time.
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
+    #[cfg(feature = "blocking")]
     pub fn converge(&mut self, tolerance: f64, max_steps: usize) -> Result<Convergence, GpuError> {
         let mut previous = self.read_irradiance()?;
         let mut convergence = Convergence { steps: 0, change: f64::INFINITY };
         while convergence.steps < max_steps && convergence.change > tolerance {
             let mut encoder = new_encoder(&self.device);
-            self.encode(&mut encoder);
+            self.encode(&FrameInput::default(), &mut encoder);
             self.queue.submit([encoder.finish()]);
             let now = self.read_irradiance()?;
             convergence.steps += 1;

@@ -1,4 +1,4 @@
-//! Stage 1: the scalar signals. The twin of [`cpu::light_surfels`](crate::cpu::light_surfels).
+//! Stage 1: the scalar signals. The twin of `cpu::light_surfels`.
 //!
 //! Direct light and shading are kept from frame to frame as on the CPU. What is tiny, the signals of emitters and
 //! of the sky, the CPU computes when it changes.
@@ -16,8 +16,8 @@ use super::stage_shaders::{LIGHT_SAMPLES, LIGHT_SURFELS, SHADE_SURFELS};
 use super::storage::Storage;
 use super::surfel_groups::SurfelGroups;
 use super::surfel_shards::{SurfelShard, surfel_shards};
-use crate::cpu::light_surfels::emitter_radiance;
-use crate::cpu::{SkyProjection, SurfaceColors};
+use crate::sky_signals::SkyProjection;
+use crate::surface_colors::{SurfaceColors, emitter_radiance, has_emitter};
 
 /// Invocations of a workgroup.
 pub(super) const WORKGROUP: usize = 64;
@@ -86,11 +86,7 @@ impl LightSurfels {
         };
         let shards = surfel_shards(storage, baked)?.into_iter().map(bind).collect();
         let groups = SurfelGroups::new(storage, baked, buffers)?;
-        let mut has_emitter = vec![false; baked.scene.materials.len()];
-        for emitter in &baked.emitters {
-            has_emitter[emitter.material as usize] = true;
-        }
-        let sky = SkyProjection::new(baked);
+        let (has_emitter, sky) = (has_emitter(baked), SkyProjection::new(baked));
         Ok(Self { light_samples, shade_surfels, light_surfels, groups, shards, materials, sky, has_emitter })
     }
 

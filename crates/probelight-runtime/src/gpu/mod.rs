@@ -8,8 +8,11 @@
 //!                                             lightmap ◄─ reduce_lightmap ◄─ dilate_lightmap
 //! ```
 //!
-//! A [`GpuRuntime`] is the twin of [`Runtime`](crate::Runtime): the same stages under the same names, their shaders in
+//! A [`GpuRuntime`] is the twin of `Runtime`: the same stages under the same names, their shaders in
 //! `src/shaders`. Each stage can run by itself ([`GpuRuntime::encode_stage`]), which is how tests compare it with the CPU's.
+//!
+//! Nothing on the way of a frame or of a change of light waits for the GPU. What waits (opening it by
+//! [`GpuDevice::open`](device::GpuDevice), reading back, measuring) needs the feature `blocking`; browsers cannot wait.
 //!
 //! | module | job |
 //! | --- | --- |
@@ -19,53 +22,56 @@
 //! | `exchange` | reading it, and replacing it in tests |
 //! | `light_surfels` … `reduce_lightmap` | a stage each |
 //! | `surfel_shards`, `surfel_groups`, `cluster_shards` | the baked scene, arranged for the shaders |
-//! | [`stage_shaders`], `kernel`, `storage` | shaders, what they are bound to, buffers |
-//! | [`timestamps`], [`benchmark`] | how long stages take, and what the memory allows |
+//! | `frame_extents` | how much of it a frame computes |
+//! | [`stage_shaders`], `kernel`, `storage`, [`filled_buffer`] | shaders, what they are bound to, buffers |
+//! | [`timestamps`], `benchmark` | how long stages take, and what the memory allows |
 //! | [`scene_geometry`] | the scene's triangles, for shadows and renderers |
 //! | [`shadow_views`] | what each light sees the scene through; light records |
 //! | [`shadow_maps`] | depth as lights see it (drawn by `cast_shadows`); visibility for any shader |
 //! | [`shaders`] | sources to build shaders from |
-//! | [`readback`] | copies to the CPU, for pictures and tests |
+//! | `readback` | copies to the CPU, for pictures and tests |
 
+#[cfg(feature = "blocking")]
 pub mod benchmark;
 mod blend_borders;
 mod cast_shadows;
 mod cluster_shards;
 pub mod device;
 mod dilate_lightmap;
+#[cfg(feature = "blocking")]
 mod exchange;
+pub mod filled_buffer;
 pub mod frame_buffers;
+mod frame_extents;
 mod gather_receivers;
 pub mod gpu_runtime;
 mod kernel;
 mod light_surfels;
 mod project_clusters;
+#[cfg(feature = "blocking")]
 pub mod readback;
 mod reduce_lightmap;
+#[cfg(test)]
+#[path = "../../tests/support/reflection.rs"]
+pub(crate) mod reflection;
 mod relight_probes;
 pub mod scene_geometry;
 #[cfg(test)]
 mod shader_tests;
 pub mod shaders;
 pub mod shadow_maps;
-#[cfg(test)]
-mod shadow_shader_tests;
 pub mod shadow_views;
-pub mod stage;
 pub mod stage_shaders;
 mod storage;
 mod surfel_groups;
 mod surfel_shards;
 pub mod timestamps;
-#[cfg(test)]
-#[path = "../../tests/support/wgsl_layout.rs"]
-mod wgsl_layout;
 
+#[cfg(feature = "blocking")]
 pub use benchmark::copy_bandwidth;
-pub use device::{GpuDevice, GpuError, adapter_names};
+pub use device::{GpuDevice, GpuError};
 pub use frame_buffers::FrameBuffers;
 pub use gpu_runtime::{GpuOptions, GpuRuntime};
 pub use scene_geometry::{MaterialPart, SceneGeometry};
 pub use shadow_maps::{ShadowMapOptions, ShadowMaps};
-pub use stage::{Stage, StageTimings};
 pub use timestamps::FrameTimestamps;

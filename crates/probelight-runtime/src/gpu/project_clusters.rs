@@ -1,4 +1,4 @@
-//! Stage 3: the clusters' coefficients. The twin of [`cpu::project_clusters`](crate::cpu::project_clusters).
+//! Stage 3: the clusters' coefficients. The twin of `cpu::project_clusters`.
 
 use super::cluster_shards::ClusterShard;
 use super::frame_buffers::FrameBuffers;
@@ -19,7 +19,8 @@ impl ProjectClusters {
         let bind = |shard: &ClusterShard| {
             let columns = [&shard.clusters, &shard.column_signals, &shard.exponents];
             let matrices = [&shard.row_scales, &shard.signal_basis, &buffers.signals, &shard.coefficients];
-            let resources = [&columns[..], &matrices].concat();
+            let extents = [&buffers.extents.clusters];
+            let resources = [&columns[..], &matrices, &extents].concat();
             (kernel.bind(device, 0, &whole(&resources)), shard.cluster_count)
         };
         let shards = shards.iter().map(bind).collect();

@@ -1,7 +1,6 @@
-//! Stage 2: the probes' coefficients. The twin of [`cpu::relight_probes`](crate::cpu::relight_probes).
+//! Stage 2: the probes' coefficients. The twin of `cpu::relight_probes`.
 
 use probelight_asset::BakedScene;
-use probelight_math::directions::weighted_basis;
 use probelight_scene::Sky;
 
 use super::device::GpuError;
@@ -9,6 +8,7 @@ use super::frame_buffers::{FrameBuffers, RGB_BYTES};
 use super::kernel::{Kernel, whole};
 use super::stage_shaders::RELIGHT_PROBES;
 use super::storage::Storage;
+use crate::frame::RelightTable;
 
 /// Probes of a workgroup: `PROBES` in its shader.
 pub(super) const PROBES: usize = 4;
@@ -36,8 +36,11 @@ impl RelightProbes {
         let gains = storage.array("gains of relight rays", &baked.relight_gains)?;
         let sky =
             storage.zeros("sky along relight rays", RGB_BYTES * baked.relight_directions.len() as u64)?;
-        let basis = storage.array("weighted basis", &weighted_basis_in_quads(baked))?;
-        let resources = whole(&[&buffers.shape, &surfels, &gains, &sky, &basis, &buffers.signals]);
+        let table = RelightTable::new(baked);
+        let basis = storage.array("weighted basis", &basis_in_quads(&table))?;
+        let weights = storage.array("weights of relight rays", &table.weights)?;
+        let rays = [&buffers.shape, &surfels, &gains, &sky, &basis, &buffers.signals];
+        let resources = whole(&[&rays[..], &[&buffers.extents.probes, &weights]].concat());
         let group = kernel.bind(storage.device, 0, &resources);
         let has_rays = usize::from(!baked.relight_directions.is_empty());
         let workgroups =
@@ -63,12 +66,9 @@ impl RelightProbes {
 }
 
 /// The table that all probes share, with zeros that fill each direction's last quad.
-fn weighted_basis_in_quads(baked: &BakedScene) -> Vec<f32> {
-    let coefficients = baked.coefficients();
+fn basis_in_quads(table: &RelightTable) -> Vec<f32> {
+    let coefficients = table.coefficients;
     let padding = vec![0.0; coefficients.next_multiple_of(4) - coefficients];
-    weighted_basis(&baked.relight_directions, baked.settings.sh_degree as usize)
-        .chunks_exact(coefficients)
-        .flat_map(|row| row.iter().chain(&padding))
-        .copied()
-        .collect()
+    let rows = table.basis.chunks_exact(coefficients);
+    rows.flat_map(|row| row.iter().chain(&padding)).copied().collect()
 }

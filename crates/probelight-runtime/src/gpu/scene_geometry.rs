@@ -8,9 +8,12 @@ use std::ops::Range;
 
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_scene::{AlphaMode, Bounds, Scene, Texture};
+use wgpu::BufferUsages;
 use wgpu::util::DeviceExt;
 
+use super::cast_shadows::AlphaTestRecord;
 use super::device::{GpuError, checked};
+use super::filled_buffer::filled_buffer;
 
 /// Triangles of one material.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,7 +53,7 @@ impl SceneGeometry {
     /// Copies a valid scene's triangles.
     ///
     /// # Errors
-    /// [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
+    /// [`GpuError::TooLarge`], [`GpuError::OutOfMemory`] or [`GpuError::Refused`].
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene) -> Result<Self, GpuError> {
         let (triangle_order, parts) = group_by_material(scene);
         let corners: Vec<Vec3> =
@@ -61,18 +64,17 @@ impl SceneGeometry {
             .map(|part| part.vertices.end)
             .max()
             .unwrap_or(0);
-        checked(device, "the scene's triangles", || Self {
-            positions: vertex_buffer(
-                device,
-                "scene positions",
-                bytemuck::cast_slice(&corners),
-                wgpu::BufferUsages::STORAGE,
-            ),
-            masks: AlphaMasks::new(device, queue, scene, &triangle_order, &parts, opaque_end),
-            opaque: 0..opaque_end,
-            bounds: scene.bounds(),
-            triangle_order,
-            parts,
+        checked(device, "the scene's triangles", || {
+            let (positions, usage) =
+                (bytemuck::cast_slice(&corners), BufferUsages::VERTEX | BufferUsages::STORAGE);
+            Ok(Self {
+                positions: filled_buffer(device, "triangles", positions, usage)?,
+                masks: AlphaMasks::new(device, queue, scene, &triangle_order, &parts, opaque_end)?,
+                opaque: 0..opaque_end,
+                bounds: scene.bounds(),
+                triangle_order,
+                parts,
+            })
         })
     }
 
@@ -99,7 +101,7 @@ impl AlphaMasks {
         triangle_order: &[u32],
         parts: &[MaterialPart],
         first_vertex: u32,
-    ) -> Self {
+    ) -> Result<Self, GpuError> {
         let masked = &triangle_order[first_vertex as usize / 3..];
         let corner_uvs = |triangle: &u32| {
             let triangle = *triangle as usize;
@@ -124,8 +126,10 @@ impl AlphaMasks {
                 (part.vertices.clone(), group)
             })
             .collect();
-        let (uvs, no_more) = (bytemuck::cast_slice(&uvs), wgpu::BufferUsages::empty());
-        Self { uvs: vertex_buffer(device, "alpha mask uvs", uvs, no_more), layout, parts }
+        let uvs = bytemuck::cast_slice(&uvs);
+        let uvs =
+            filled_buffer(device, "texture coordinates of masked triangles", uvs, BufferUsages::VERTEX)?;
+        Ok(Self { uvs, layout, parts })
     }
 }
 
@@ -146,21 +150,6 @@ fn group_by_material(scene: &Scene) -> (Vec<u32>, Vec<MaterialPart>) {
 
 fn is_masked(scene: &Scene, material: u32) -> bool {
     matches!(scene.materials[material as usize].alpha_mode, AlphaMode::Mask { .. })
-}
-
-/// A vertex buffer of at least four bytes, because none may be empty, with more usages.
-fn vertex_buffer(
-    device: &wgpu::Device,
-    label: &str,
-    contents: &[u8],
-    more: wgpu::BufferUsages,
-) -> wgpu::Buffer {
-    let contents = if contents.is_empty() { &[0; 4] } else { contents };
-    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some(label),
-        contents,
-        usage: wgpu::BufferUsages::VERTEX | more,
-    })
 }
 
 fn mask_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
@@ -204,11 +193,11 @@ fn mask_bind_group(
 ) -> wgpu::BindGroup {
     let material = &scene.materials[material as usize];
     let cutoff = if let AlphaMode::Mask { cutoff } = material.alpha_mode { cutoff } else { 0.0 };
-    let test = [material.base_color.w, cutoff, 0.0, 0.0];
+    let test = AlphaTestRecord { factor: material.base_color.w, cutoff, ..AlphaTestRecord::default() };
     let test = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some("alpha test"),
-        contents: bytemuck::cast_slice(&test),
-        usage: wgpu::BufferUsages::UNIFORM,
+        contents: bytemuck::bytes_of(&test),
+        usage: BufferUsages::UNIFORM,
     });
     let texture = material.base_color_texture.map(|slot| &scene.textures[slot.texture as usize]);
     let view = alpha_texture(device, queue, texture).create_view(&wgpu::TextureViewDescriptor::default());

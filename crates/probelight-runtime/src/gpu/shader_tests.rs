@@ -1,32 +1,43 @@
 //! What can be tested of the shaders without a GPU.
 
-use std::collections::HashMap;
-
-use naga::{Literal, Module, TypeInner};
-
-use super::cluster_shards::{ClusterRecord, GATHER_BLOCK, GatherTask};
-use probelight_asset::BorderBlend;
+use half::f16;
+use naga::Module;
+use probelight_asset::packed::{EXPONENT_STEPS, GAIN_STEPS, Ranks, STEEPEST_SLOPE};
+use probelight_asset::{BorderBlend, NONE};
 
 use super::blend_borders::BorderReceiver;
+use super::cast_shadows::AlphaTestRecord;
+use super::cluster_shards::{ClusterRecord, GATHER_BLOCK, GatherTask};
 use super::dilate_lightmap::TexelCopy;
 use super::frame_buffers::SignalShape;
+use super::frame_extents::ProbeRecord;
 use super::light_surfels::MaterialColors;
-use super::shadow_views::{LightRecord, LightsRecord, ShadowViewRecord};
+use super::reflection::{Layout, Partners, parse, record, workgroup_size, write_for_direct3d_and_metal};
+use super::shaders;
+use super::shadow_views::{
+    DIRECTIONAL_LIGHT, DIRECTIONAL_VIEWS_PER_SIDE, GUARD_TEXELS, LightRecord, LightsRecord, MAX_SHADOW_VIEWS,
+    POINT_LIGHT, SPOT_LIGHT, ShadowViewRecord,
+};
 use super::stage_shaders::STAGE_SHADERS;
 use super::surfel_groups::{GroupRecord, Levels};
 use super::surfel_shards::{Bounce, SampleColors, SamplePlace};
-use super::wgsl_layout::{parse, write_for_direct3d_and_metal};
+use crate::ClusterExtent;
 
-fn stage_modules() -> Vec<(&'static str, Module)> {
-    let module = |shader: &super::stage_shaders::Shader| {
-        (shader.entry_point, parse(&shader.source()).unwrap_or_else(|error| panic!("{error}")))
-    };
-    STAGE_SHADERS.iter().map(module).collect()
+/// All shaders of the crate, by the name of their function.
+fn sources() -> Vec<(&'static str, String)> {
+    let stages = STAGE_SHADERS.iter().map(|shader| (shader.entry_point, shader.source()));
+    stages.chain([("cut_holes", shaders::cast_shadows())]).collect()
+}
+
+fn modules() -> Vec<(&'static str, Module)> {
+    let module =
+        |(name, source): (_, String)| (name, parse(&source).unwrap_or_else(|error| panic!("{error}")));
+    sources().into_iter().map(module).collect()
 }
 
 #[test]
 fn all_shaders_are_valid_and_have_their_function() {
-    for (entry_point, module) in stage_modules() {
+    for (entry_point, module) in modules() {
         let functions: Vec<&str> = module.entry_points.iter().map(|point| point.name.as_str()).collect();
         assert!(functions.contains(&entry_point), "{entry_point} is not among {functions:?}");
     }
@@ -35,7 +46,7 @@ fn all_shaders_are_valid_and_have_their_function() {
 #[test]
 fn all_shaders_keep_to_the_limits_of_webgpu() {
     let limits = wgpu::Limits::default();
-    for (entry_point, module) in stage_modules() {
+    for (entry_point, module) in modules() {
         let storage = |space: &naga::AddressSpace| matches!(space, naga::AddressSpace::Storage { .. });
         let buffers = module.global_variables.iter().filter(|(_, variable)| storage(&variable.space)).count();
         assert!(buffers <= limits.max_storage_buffers_per_shader_stage as usize, "{entry_point}: {buffers}");
@@ -55,7 +66,7 @@ fn all_shaders_keep_to_the_limits_of_webgpu() {
 
 #[test]
 fn all_shaders_can_be_written_for_direct3d_and_metal() {
-    for (entry_point, module) in stage_modules() {
+    for (entry_point, module) in modules() {
         write_for_direct3d_and_metal(&module).unwrap_or_else(|error| panic!("{entry_point}: {error}"));
     }
 }
@@ -71,144 +82,138 @@ fn what_other_languages_lack_is_noticed() {
     assert!(written("override").is_err(), "neither has constants that pipelines set");
 }
 
-/// Name, offset and size of each field, and the size of the whole.
-type Layout = (Vec<(String, usize, usize)>, usize);
-
-/// All structs of a module.
-fn structs_of(module: &Module) -> HashMap<String, Layout> {
-    let layout = |(_, kind): (_, &naga::Type)| {
-        let (Some(name), TypeInner::Struct { members, span }) = (&kind.name, &kind.inner) else {
-            return None;
-        };
-        let field = |member: &naga::StructMember| {
-            let size = module.types[member.ty].inner.size(module.to_ctx()) as usize;
-            (member.name.clone().unwrap_or_default(), member.offset as usize, size)
-        };
-        Some((name.clone(), (members.iter().map(field).collect(), *span as usize)))
-    };
-    module.types.iter().filter_map(layout).collect()
+/// Each constant has one number.
+fn constants(list: &[(&'static str, f64)]) -> Vec<(&'static str, Vec<f64>)> {
+    list.iter().map(|(name, value)| (*name, vec![*value])).collect()
 }
 
-/// Bytes of the field that `field` takes.
-fn size_behind<S, F>(_field: fn(&S) -> &F) -> usize {
-    size_of::<F>()
-}
-
-/// Compares a struct of the host with all shaders that declare one of that name; says what differs. A field that is
-/// not listed differs, too.
-fn compare(modules: &[(&str, Module)], name: &str, expected: &Layout) -> Result<(), String> {
-    let declarations: Vec<(&str, Layout)> = modules
-        .iter()
-        .filter_map(|(shader, module)| Some((*shader, structs_of(module).remove(name)?)))
-        .collect();
-    if declarations.is_empty() {
-        return Err(format!("no shader declares {name}"));
+fn partners() -> Partners {
+    Partners {
+        records: vec![
+            record!(SamplePlace as "SamplePlace" { position, padding_a, normal, padding_b }),
+            record!(SampleColors as "SampleColors" { base_color, emission, material }),
+            record!(Bounce as "Bounce" { reflectance, receiver }),
+            record!(MaterialColors as "MaterialColors" { base_color, emission }),
+            record!(GroupRecord as "GroupRecord" { first, second, first_weight, signal }),
+            record!(Levels as "Levels" { first_group, level_count }),
+            record!(SignalShape as "SignalShape" { scalar_signals, coefficients, rays, probes }),
+            record!(ProbeRecord as "ProbeRecord" { rays, coefficients, first_weight }),
+            record!(ClusterExtent as "ClusterExtent" { rank, columns, receivers }),
+            record!(Ranks as "Ranks" { f16, snorm8, snorm4 }),
+            record!(ClusterRecord as "ClusterRecord" {
+                number, first_receiver, first_texel, receiver_count, first_column, column_count, receiver_ranks,
+                signal_ranks, receiver_basis_offset, signal_basis_offset, first_row, exponent_offset,
+            }),
+            record!(GatherTask as "GatherTask" { cluster, first }),
+            record!(BorderReceiver as "BorderReceiver" {
+                receiver, texel, first_record, record_count, cluster, index,
+            }),
+            record!(BorderBlend as "BorderBlend" { receiver, neighbor, beyond }),
+            record!(TexelCopy as "TexelCopy" { texel, receiver }),
+            record!(LightRecord as "Light" {
+                position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count,
+                inverse_squared_range, unused,
+            }),
+            record!(LightsRecord as "Lights" { list, count, unused }),
+            record!(ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),
+            record!(AlphaTestRecord as "AlphaTest" { factor, cutoff, unused }),
+        ],
+        constants: constants(&[
+            ("NONE", f64::from(NONE)),
+            ("LARGEST", f16::MAX.to_f64()),
+            ("INVERSE_PI", f64::from(std::f32::consts::FRAC_1_PI)),
+            ("GAIN_STEPS", f64::from(GAIN_STEPS)),
+            ("EXPONENT_STEPS", f64::from(EXPONENT_STEPS)),
+            ("STEEPEST_SLOPE", f64::from(STEEPEST_SLOPE)),
+            ("BLOCK", f64::from(GATHER_BLOCK)),
+            ("PROBES", super::relight_probes::PROBES as f64),
+            ("PANEL", super::relight_probes::PANEL as f64),
+            ("MAX_LIGHTS", MAX_SHADOW_VIEWS as f64),
+            ("MAX_SHADOW_VIEWS", MAX_SHADOW_VIEWS as f64),
+            ("DIRECTIONAL_VIEWS_PER_SIDE", f64::from(DIRECTIONAL_VIEWS_PER_SIDE)),
+            ("GUARD_TEXELS", f64::from(GUARD_TEXELS)),
+            ("DIRECTIONAL_LIGHT", f64::from(DIRECTIONAL_LIGHT)),
+            ("POINT_LIGHT", f64::from(POINT_LIGHT)),
+            ("SPOT_LIGHT", f64::from(SPOT_LIGHT)),
+        ]),
+        shader_only: &[
+            // Names of the encodings; where each begins follows from the ranks.
+            "F16",
+            "SNORM8",
+            "SNORM4",
+            // How project_clusters divides its work.
+            "LANES",
+            "GROUPS",
+            "TILE",
+            // How shadow maps are looked up.
+            "FILTER_REACH",
+            "LEAST_BIAS",
+            "STEEPEST",
+            "CONTACT_RANGE",
+            "LIT_SHARE_AT_WALLS",
+        ],
+        compared_elsewhere: &[],
     }
-    match declarations.into_iter().find(|(_, layout)| layout != expected) {
-        Some((shader, layout)) => Err(format!("{name} in {shader} is {layout:?}, here {expected:?}")),
-        None => Ok(()),
-    }
-}
-
-/// [`compare`] for a `#[repr(C)]` struct and its name and fields in WGSL.
-macro_rules! compare {
-    ($modules:expr, $type:ty as $name:literal { $($field:ident),* }) => {{
-        let fields = [$((
-            stringify!($field).to_owned(),
-            std::mem::offset_of!($type, $field),
-            size_behind(|record: &$type| &record.$field),
-        )),*];
-        compare($modules, $name, &(fields.to_vec(), size_of::<$type>()))
-    }};
 }
 
 #[test]
-fn structs_are_the_same_on_both_sides() {
-    let m = &stage_modules();
-    let results = [
-        compare!(m, SamplePlace as "SamplePlace" { position, padding_a, normal, padding_b }),
-        compare!(m, SampleColors as "SampleColors" { base_color, emission, material }),
-        compare!(m, Bounce as "Bounce" { reflectance, receiver }),
-        compare!(m, MaterialColors as "MaterialColors" { base_color, emission }),
-        compare!(m, GroupRecord as "GroupRecord" { first, second, first_weight, signal }),
-        compare!(m, Levels as "Levels" { first_group, level_count }),
-        compare!(m, SignalShape as "SignalShape" { scalar_signals, coefficients, rays, probes }),
-        compare!(m, ClusterRecord as "ClusterRecord" {
-            first_receiver, first_texel, receiver_count, first_column, column_count, receiver_ranks, signal_ranks,
-            receiver_basis_offset, signal_basis_offset, first_row, exponent_offset
-        }),
-        compare!(m, GatherTask as "GatherTask" { cluster, first }),
-        compare!(m, BorderReceiver as "BorderReceiver" { receiver, texel, first_record, record_count }),
-        compare!(m, BorderBlend as "BorderBlend" { receiver, neighbor, beyond }),
-        compare!(m, TexelCopy as "TexelCopy" { texel, receiver }),
-        compare!(m, LightRecord as "Light" {
-            position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count,
-            inverse_squared_range, unused
-        }),
-        compare!(m, ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),
-    ];
-    for result in results {
-        result.unwrap();
-    }
-    // The end of `LightsRecord` fills it up to a multiple of sixteen bytes, which WGSL does by itself.
-    let lights = m.iter().find_map(|(_, module)| structs_of(module).remove("Lights")).unwrap();
-    assert_eq!(lights.1, size_of::<LightsRecord>());
-    assert_eq!(lights.0[1].1, std::mem::offset_of!(LightsRecord, count));
+fn every_struct_in_a_buffer_and_every_constant_has_a_partner() {
+    assert_eq!(partners().compare(&sources()), Vec::<String>::new());
+}
+
+/// What [`Partners::compare`] says of one shader that uses a record and a constant.
+fn compare_with(declarations: &str, constants: Vec<(&'static str, Vec<f64>)>) -> Vec<String> {
+    let records = vec![record!(TexelCopy as "TexelCopy" { texel, receiver })];
+    let source = format!(
+        "{declarations}\n@group(0) @binding(0) var<storage, read> copies: array<TexelCopy>;\n\
+         @compute @workgroup_size(64)\nfn copy() {{ _ = copies[0]; }}"
+    );
+    let partners = Partners { records, constants, shader_only: &[], compared_elsewhere: &[] };
+    partners.compare(&[("copy", source)])
 }
 
 #[test]
-fn the_comparison_of_structs_notices_a_wrong_field() {
-    let compare_with = |source: &str| {
-        let modules = [("wrong", parse(source).unwrap())];
-        compare!(&modules, TexelCopy as "TexelCopy" { texel, receiver })
-    };
+fn wrong_and_missing_partners_are_noticed() {
+    let right = "struct TexelCopy { texel: u32, receiver: u32 }";
+    let steps = || constants(&[("STEPS", 8.0)]);
+    assert!(compare_with(right, Vec::new()).is_empty());
+    assert!(compare_with(&format!("const STEPS: u32 = 8u;\n{right}"), steps()).is_empty());
     for wrong in [
         "struct TexelCopy { receiver: u32, texel: u32 }",
         "struct TexelCopy { texel: u32 }",
         "struct TexelCopy { texel: u32, receiver: vec2u }",
         "struct TexelCopy { texel: u32, receiver: u32, more: u32 }",
-        "struct Another { texel: u32, receiver: u32 }",
+        "struct Inner { texel: u32 }\nstruct TexelCopy { texel: Inner, receiver: u32 }",
+        "const STEPS: u32 = 8u;\nstruct TexelCopy { texel: u32, receiver: u32 }",
+        "const STEPS = 8.0;\nstruct TexelCopy { texel: u32, receiver: u32 }",
+        "const WORKGROUP: u32 = 32u;\nstruct TexelCopy { texel: u32, receiver: u32 }",
     ] {
-        assert!(compare_with(wrong).is_err(), "{wrong}");
+        assert!(!compare_with(wrong, Vec::new()).is_empty(), "{wrong}");
     }
-    compare_with("struct TexelCopy { texel: u32, receiver: u32 }").unwrap();
-}
-
-/// Value of an integer constant of a shader.
-fn constant(entry_point: &str, name: &str) -> u32 {
-    let (_, module) = stage_modules().into_iter().find(|(shader, _)| *shader == entry_point).unwrap();
-    let (_, constant) =
-        module.constants.iter().find(|(_, constant)| constant.name.as_deref() == Some(name)).unwrap();
-    match module.global_expressions[constant.init] {
-        naga::Expression::Literal(Literal::U32(value)) => value,
-        ref other => panic!("{name} of {entry_point} is {other:?}"),
-    }
-}
-
-fn workgroup_size(entry_point: &str) -> u32 {
-    let (_, module) = stage_modules().into_iter().find(|(shader, _)| *shader == entry_point).unwrap();
-    let point = module.entry_points.iter().find(|point| point.name == entry_point).unwrap();
-    point.workgroup_size.iter().product()
+    assert!(!compare_with(&format!("const STEPS: u32 = 7u;\n{right}"), steps()).is_empty(), "another value");
+    assert!(!compare_with(&format!("const STEPS = 8.0;\n{right}"), steps()).is_empty(), "a value of no type");
+    assert!(!compare_with(right, steps()).is_empty(), "a partner that no shader declares");
 }
 
 #[test]
-fn constants_are_the_same_on_both_sides() {
-    assert_eq!(constant("gather_receivers", "BLOCK"), GATHER_BLOCK);
-    assert_eq!(constant("relight_probes", "PROBES") as usize, super::relight_probes::PROBES);
-    assert_eq!(constant("relight_probes", "PANEL") as usize, super::relight_probes::PANEL);
-    assert_eq!(constant("light_surfels", "NONE"), probelight_asset::NONE);
-    for entry_point in ["light_samples", "shade_surfels", "light_surfels"] {
-        assert_eq!(workgroup_size(entry_point) as usize, super::light_surfels::WORKGROUP);
-    }
-    for entry_point in ["blend_borders", "store_blended"] {
-        assert_eq!(workgroup_size(entry_point) as usize, super::blend_borders::WORKGROUP);
-    }
-    assert_eq!(workgroup_size("dilate_lightmap") as usize, super::dilate_lightmap::WORKGROUP);
-    assert_eq!(workgroup_size("reduce_lightmap"), super::reduce_lightmap::WORKGROUP.pow(2));
-    for entry_point in ["group_level", "group_levels"] {
-        assert_eq!(workgroup_size(entry_point) as usize, super::surfel_groups::WORKGROUP);
-    }
-    for entry_point in ["group_level", "relight_probes", "project_clusters", "gather_receivers"] {
-        assert_eq!(workgroup_size(entry_point), constant(entry_point, "WORKGROUP"), "{entry_point}");
+fn layouts_leave_out_what_fills_gaps() {
+    let with = Layout::new(&[("a", 0, 4), ("unused", 4, 12)], 16);
+    assert_eq!(with, Layout::new(&[("a", 0, 4)], 16));
+    assert_ne!(with, Layout::new(&[("a", 0, 4)], 4));
+}
+
+#[test]
+fn workgroups_have_the_size_that_dispatches_count_with() {
+    for (size, entry_points) in [
+        (super::light_surfels::WORKGROUP, &["light_samples", "shade_surfels", "light_surfels"][..]),
+        (super::blend_borders::WORKGROUP, &["blend_borders", "store_blended"]),
+        (super::dilate_lightmap::WORKGROUP, &["dilate_lightmap"]),
+        (super::reduce_lightmap::WORKGROUP.pow(2) as usize, &["reduce_lightmap"]),
+        (super::surfel_groups::WORKGROUP, &["group_level", "group_levels"]),
+    ] {
+        for entry_point in entry_points {
+            let (_, module) = modules().into_iter().find(|(name, _)| name == entry_point).unwrap();
+            assert_eq!(workgroup_size(&module, entry_point) as usize, size, "{entry_point}");
+        }
     }
 }

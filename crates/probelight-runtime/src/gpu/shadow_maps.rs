@@ -85,7 +85,7 @@ impl ShadowMaps {
             let maps = Maps::new(device, &layout, [&light_buffer, &view_buffer], 64, 0);
             let caster = Caster::new(device, geometry, &view_buffer);
             let lights = Vec::new();
-            Self { options, lights, is_stale: true, light_buffer, view_buffer, layout, caster, maps }
+            Ok(Self { options, lights, is_stale: true, light_buffer, view_buffer, layout, caster, maps })
         })
     }
 
@@ -127,7 +127,7 @@ impl ShadowMaps {
         if needed != self.maps.layers.len() || resolution != self.maps.texture.width() {
             let buffers = [&self.light_buffer, &self.view_buffer];
             self.maps = checked(device, "shadow maps", || {
-                Maps::new(device, &self.layout, buffers, resolution, needed)
+                Ok(Maps::new(device, &self.layout, buffers, resolution, needed))
             })?;
         }
         let (records, views) = light_records(lights, &geometry.bounds, resolution);

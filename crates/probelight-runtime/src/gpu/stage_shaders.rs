@@ -19,6 +19,7 @@ impl Shader {
 
 const BOUNCE: &str = include_str!("../shaders/bounce.wgsl");
 const CLUSTER: &str = include_str!("../shaders/cluster.wgsl");
+const CLUSTER_EXTENT: &str = include_str!("../shaders/cluster_extent.wgsl");
 const DISPATCH: &str = include_str!("../shaders/dispatch.wgsl");
 const GROUPS: &str = include_str!("../shaders/group_surfels.wgsl");
 const LIGHTMAP_TEXEL: &str = include_str!("../shaders/lightmap_texel.wgsl");
@@ -26,7 +27,8 @@ const SIGNAL_SHAPE: &str = include_str!("../shaders/signal_shape.wgsl");
 const UNPACK: &str = include_str!("../shaders/unpack.wgsl");
 
 /// What blends the borders between clusters.
-const BORDERS: &[&str] = &[DISPATCH, LIGHTMAP_TEXEL, include_str!("../shaders/blend_borders.wgsl")];
+const BORDERS: &[&str] =
+    &[DISPATCH, CLUSTER_EXTENT, LIGHTMAP_TEXEL, include_str!("../shaders/blend_borders.wgsl")];
 
 pub(super) const LIGHT_SAMPLES: Shader = Shader {
     entry_point: "light_samples",
@@ -48,11 +50,18 @@ pub(super) const RELIGHT_PROBES: Shader = Shader {
 };
 pub(super) const PROJECT_CLUSTERS: Shader = Shader {
     entry_point: "project_clusters",
-    parts: &[DISPATCH, CLUSTER, UNPACK, include_str!("../shaders/project_clusters.wgsl")],
+    parts: &[DISPATCH, CLUSTER_EXTENT, CLUSTER, UNPACK, include_str!("../shaders/project_clusters.wgsl")],
 };
 pub(super) const GATHER_RECEIVERS: Shader = Shader {
     entry_point: "gather_receivers",
-    parts: &[DISPATCH, CLUSTER, UNPACK, LIGHTMAP_TEXEL, include_str!("../shaders/gather_receivers.wgsl")],
+    parts: &[
+        DISPATCH,
+        CLUSTER_EXTENT,
+        CLUSTER,
+        UNPACK,
+        LIGHTMAP_TEXEL,
+        include_str!("../shaders/gather_receivers.wgsl"),
+    ],
 };
 pub(super) const BLEND_BORDERS: Shader = Shader { entry_point: "blend_borders", parts: BORDERS };
 pub(super) const STORE_BLENDED: Shader = Shader { entry_point: "store_blended", parts: BORDERS };

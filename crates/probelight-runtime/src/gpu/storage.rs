@@ -4,6 +4,7 @@ use bytemuck::NoUninit;
 use wgpu::BufferUsages;
 
 use super::device::GpuError;
+use super::filled_buffer::largest_buffer;
 
 /// Empty buffers are made this long, bytes, because shaders cannot bind empty arrays: as long as the longest record.
 /// All others are as long as their content, so that shaders know its end.
@@ -24,9 +25,7 @@ pub(super) struct Storage<'a> {
 impl<'a> Storage<'a> {
     /// With buffers as long as the device lets shaders bind.
     pub(super) fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue) -> Self {
-        let limits = device.limits();
-        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
-        Self { device, queue, limit }
+        Self { device, queue, limit: largest_buffer(&device.limits(), BufferUsages::STORAGE) }
     }
 
     /// A storage buffer of zeros.

@@ -1,10 +1,15 @@
 //! How long passes take, by the GPU's own clock.
 
+#[cfg(feature = "blocking")]
 use std::time::Duration;
 
+#[cfg(feature = "blocking")]
 use super::device::GpuError;
+#[cfg(feature = "blocking")]
 use super::readback::read_buffer;
-use super::stage::{Stage, StageTimings};
+use crate::Stage;
+#[cfg(feature = "blocking")]
+use crate::{PerStage, StageTimings};
 
 /// Time queries at the beginnings of passes, and of an empty one behind the last.
 ///
@@ -60,6 +65,7 @@ impl PassTimestamps {
     }
 
     /// How long each pass took. Waits for the GPU.
+    #[cfg(feature = "blocking")]
     pub(super) fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<Duration>, GpuError> {
         let ticks: Vec<u64> = read_buffer(device, queue, &self.resolved)?;
         let duration = |pair: &[u64]| {
@@ -93,10 +99,11 @@ impl FrameTimestamps {
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
+    #[cfg(feature = "blocking")]
     pub fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<StageTimings, GpuError> {
         let passes = self.0.read(device, queue)?;
         Ok(StageTimings {
-            stages: Stage::ALL.map(|stage| passes[stage as usize]),
+            stages: PerStage::from_fn(|stage| passes[stage as usize]),
             frame: passes.iter().sum(),
         })
     }

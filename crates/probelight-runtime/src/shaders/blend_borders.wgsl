@@ -7,6 +7,10 @@ struct BorderReceiver {
     /// First of its records.
     first_record: u32,
     record_count: u32,
+    /// Its cluster, among all.
+    cluster: u32,
+    /// Which of the cluster's receivers it is.
+    index: u32,
 }
 
 struct BorderBlend {
@@ -16,7 +20,8 @@ struct BorderBlend {
     beyond: u32,
 }
 
-/// Steepest slope that is continued across a border, per texel, as a share of the irradiance.
+/// Steepest slope that is continued across a border, per texel, as a share of the irradiance: `STEEPEST_SLOPE` of the
+/// asset.
 const STEEPEST_SLOPE: f32 = 0.25;
 
 @group(0) @binding(0) var<storage, read> border_receivers: array<BorderReceiver>;
@@ -26,6 +31,12 @@ const STEEPEST_SLOPE: f32 = 0.25;
 /// Blended irradiance of the receivers beside borders, W/m².
 @group(0) @binding(3) var<storage, read_write> blended: array<f32>;
 @group(0) @binding(4) var lightmap: texture_storage_2d<rgba16float, write>;
+/// Of all clusters.
+@group(0) @binding(5) var<storage, read> extents: array<ClusterExtent>;
+
+fn is_computed(place: BorderReceiver) -> bool {
+    return place.index < extents[place.cluster].receivers;
+}
 
 fn gathered(receiver: u32) -> vec3f {
     let at = 3u * receiver;
@@ -53,6 +64,9 @@ fn blend_borders(
         return;
     }
     let place = border_receivers[number];
+    if !is_computed(place) {
+        return;
+    }
     var sum = 2.0 * gathered(place.receiver);
     for (var i = place.first_record; i < place.first_record + place.record_count; i++) {
         sum += continued(records[i]);
@@ -74,6 +88,9 @@ fn store_blended(
         return;
     }
     let place = border_receivers[number];
+    if !is_computed(place) {
+        return;
+    }
     let value = vec3f(blended[3u * number], blended[3u * number + 1u], blended[3u * number + 2u]);
     let to = 3u * place.receiver;
     irradiance[to] = value.x;

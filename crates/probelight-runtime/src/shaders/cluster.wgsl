@@ -8,6 +8,8 @@ struct Ranks {
 }
 
 struct ClusterRecord {
+    /// Among all clusters.
+    number: u32,
     /// Among all receivers.
     first_receiver: u32,
     /// In the shard's `receiver_texels`.
@@ -29,6 +31,13 @@ struct ClusterRecord {
     exponent_offset: u32,
 }
 
+/// The precisions of the leading singular values.
+fn leading(ranks: Ranks, rank: u32) -> Ranks {
+    let f16 = min(ranks.f16, rank);
+    let snorm8 = min(ranks.snorm8, rank - f16);
+    return Ranks(f16, snorm8, min(ranks.snorm4, rank - f16 - snorm8));
+}
+
 fn rank(ranks: Ranks) -> u32 {
     return ranks.f16 + ranks.snorm8 + ranks.snorm4;
 }
@@ -38,12 +47,12 @@ fn row_encoding(ranks: Ranks, row: u32) -> u32 {
     return select(select(SNORM4, SNORM8, row < ranks.f16 + ranks.snorm8), F16, row < ranks.f16);
 }
 
-/// Where the line of the singular value number `row` starts in a matrix with lines of `count` values, words.
-fn line_start(ranks: Ranks, row: u32, count: u32) -> u32 {
+/// Where the line of the singular value number `row` starts in a matrix with lines of `stride` values, words.
+fn line_start(ranks: Ranks, row: u32, stride: u32) -> u32 {
     let f16_rows = min(row, ranks.f16);
     let snorm8_rows = min(row - f16_rows, ranks.snorm8);
     let snorm4_rows = row - f16_rows - snorm8_rows;
-    return f16_rows * line_words(F16, count)
-        + snorm8_rows * line_words(SNORM8, count)
-        + snorm4_rows * line_words(SNORM4, count);
+    return f16_rows * line_words(F16, stride)
+        + snorm8_rows * line_words(SNORM8, stride)
+        + snorm4_rows * line_words(SNORM4, stride);
 }

@@ -3,6 +3,9 @@
 //
 // A workgroup computes up to BLOCK receivers of one cluster, an invocation four of them: a quad of each column of
 // U. The results go by way of workgroup memory, so that neighbouring invocations write neighbouring numbers.
+//
+// A column has as many words as the stored receivers need; a frame computes the leading receivers and columns of the
+// extent.
 
 struct GatherTask {
     cluster: u32,
@@ -23,6 +26,8 @@ const BLOCK: u32 = 4u * WORKGROUP;
 /// Irradiance of all receivers, W/m².
 @group(0) @binding(5) var<storage, read_write> irradiance: array<f32>;
 @group(0) @binding(6) var lightmap: texture_storage_2d<rgba16float, write>;
+/// Of all clusters.
+@group(0) @binding(7) var<storage, read> extents: array<ClusterExtent>;
 
 var<workgroup> rows: array<vec3f, WORKGROUP>;
 var<workgroup> results: array<array<f32, 3>, BLOCK>;
@@ -76,8 +81,12 @@ fn gather_receivers(
     }
     let first = tasks[number].first;
     let cluster = clusters[tasks[number].cluster];
+    let extent = extents[cluster.number];
+    if first >= extent.receivers {
+        return;
+    }
     let quad = first / 4u + local;
-    let ranks = cluster.receiver_ranks;
+    let ranks = leading(cluster.receiver_ranks, extent.rank);
     let rank = rank(ranks);
     var sums = Sums();
     for (var tile = 0u; tile < rank; tile += WORKGROUP) {
@@ -88,7 +97,7 @@ fn gather_receivers(
             rows[local] = vec3f(coefficients[at], coefficients[at + 1u], coefficients[at + 2u]);
         }
         workgroupBarrier();
-        if 4u * quad < cluster.receiver_count {
+        if 4u * quad < extent.receivers {
             let snorm8 = clamp(ranks.f16, tile, end);
             let snorm4 = clamp(ranks.f16 + ranks.snorm8, tile, end);
             sums = add_columns(sums, cluster, F16, tile, snorm8, tile, quad);
@@ -100,7 +109,7 @@ fn gather_receivers(
         results[4u * local + i] = array<f32, 3>(sums.red[i], sums.green[i], sums.blue[i]);
     }
     workgroupBarrier();
-    let receivers = min(BLOCK, cluster.receiver_count - first);
+    let receivers = min(BLOCK, extent.receivers - first);
     for (var i = local; i < 3u * receivers; i += WORKGROUP) {
         irradiance[3u * (cluster.first_receiver + first) + i] = results[i / 3u][i % 3u];
     }

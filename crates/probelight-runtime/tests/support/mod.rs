@@ -9,14 +9,74 @@ use probelight_asset::packed::{Precision, Ranks};
 use probelight_asset::{
     BakedParts, BakedScene, GAIN_STEPS, LightSample, LightmapFace, LightmapLayout, NONE, Surfel,
 };
-use probelight_math::glam::Vec3;
+use probelight_math::glam::{DVec3, Vec3};
+use probelight_math::sampling::Rng;
 use probelight_math::sh::Y00;
 #[allow(unused_imports, reason = "each test binary uses a part")]
 pub(crate) use probelight_runtime::synthetic::{
     SyntheticSize as Size, add_quad, floor_and_shade, horizontal_quad, material,
     synthetic_lighting as all_lights, synthetic_room as random_room,
 };
+use probelight_runtime::{ClusterExtent, FramePlan, ProbeExtent, Runtime};
 use probelight_scene::{Lighting, Scene, Sky};
+
+/// Largest difference, relative to the largest value (if there is one); NaN if there is one.
+pub(crate) fn difference(found: impl IntoIterator<Item = Vec3>, expected: &[DVec3]) -> f64 {
+    let found: Vec<Vec3> = found.into_iter().collect();
+    assert_eq!(found.len(), expected.len());
+    // `f64::max` would pass over NaN.
+    let larger = |a: f64, b: f64| if b.is_nan() || b > a { b } else { a };
+    let largest = expected.iter().map(|e| e.abs().max_element()).fold(0.0, larger);
+    let worst = found.iter().zip(expected).map(|(f, e)| difference_of_channels(f.as_dvec3() - *e));
+    worst.fold(0.0, larger) / if largest > 0.0 { largest } else { 1.0 }
+}
+
+/// Largest of three absolute values, or NaN; `max_element` alone would pass over NaN.
+fn difference_of_channels(difference: DVec3) -> f64 {
+    if difference.is_nan() { f64::NAN } else { difference.abs().max_element() }
+}
+
+/// What the stages of both left behind, as relative differences.
+pub(crate) fn stage_differences(runtime: &Runtime, slow: &slow_frame::SlowFrame) -> [f64; 5] {
+    let cluster_coefficients = runtime.cluster_coefficients().values();
+    [
+        difference(runtime.signals().values().iter().copied(), &slow.signals),
+        difference(probe_coefficients(runtime), &slow.coefficients.concat()),
+        difference(cluster_coefficients.iter().map(|b| Vec3::from(*b)), &slow.cluster_coefficients),
+        difference(runtime.receiver_irradiance().iter().copied(), &slow.irradiance),
+        difference(runtime.irradiance().texels.iter().copied(), &slow.lightmap),
+    ]
+}
+
+/// All coefficients of each probe.
+pub(crate) fn probe_coefficients(runtime: &Runtime) -> Vec<Vec3> {
+    let (baked, probes) = (runtime.baked(), runtime.probe_radiance());
+    let of_probe = |p| {
+        (0..baked.coefficients()).map(move |j| Vec3::from([0, 1, 2].map(|c| probes.coefficients(p, c)[j])))
+    };
+    (0..baked.probes.len()).flat_map(of_probe).collect()
+}
+
+/// Anything from nothing to all of each cluster and probe.
+pub(crate) fn random_plan(baked: &BakedScene, rng: &mut Rng) -> FramePlan {
+    let mut below = |most: u32| if rng.next_f32() < 0.2 { u32::MAX } else { rng.next_u32() % (most + 1) };
+    let clusters: Vec<ClusterExtent> = baked
+        .clusters
+        .iter()
+        .map(|cluster| ClusterExtent {
+            rank: below(cluster.rank()),
+            columns: below(baked.column_count(cluster) as u32),
+            receivers: below(cluster.receiver_count),
+        })
+        .collect();
+    let rays = baked.relight_directions.len() as u32;
+    let probes: Vec<ProbeExtent> = baked
+        .probes
+        .iter()
+        .map(|_| ProbeExtent { rays: below(rays), degree: below(baked.settings.sh_degree) })
+        .collect();
+    FramePlan::new(baked, |cluster| clusters[cluster], |probe| probes[probe])
+}
 
 /// Small, with every remainder that the vector loops must handle.
 pub(crate) const SMALL: Size = Size {

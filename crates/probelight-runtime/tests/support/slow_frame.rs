@@ -7,12 +7,12 @@ use probelight_math::color::linear_from_srgb8;
 use probelight_math::directions::{quadrature_weights, spherical_fibonacci};
 use probelight_math::glam::{DVec3, Vec3};
 use probelight_math::sh::{Basis, index};
-use probelight_runtime::cpu::SurfaceColors;
+use probelight_runtime::{ClusterExtent, FramePlan, SurfaceColors};
 use probelight_scene::Lighting;
 use probelight_trace::{Tracer, direct_irradiance};
 
 /// What the stages of one frame leave behind.
-#[derive(Default)]
+#[derive(Clone)]
 pub(crate) struct SlowFrame {
     /// Per scalar signal.
     pub(crate) signals: Vec<DVec3>,
@@ -26,36 +26,43 @@ pub(crate) struct SlowFrame {
     pub(crate) lightmap: Vec<DVec3>,
 }
 
-/// One frame with `feedback` as last frame's lightmap.
+impl SlowFrame {
+    /// Before the first frame.
+    pub(crate) fn dark(baked: &BakedScene) -> Self {
+        let dark = |count: usize| vec![DVec3::ZERO; count];
+        Self {
+            signals: dark(baked.scalar_signals()),
+            coefficients: vec![dark(baked.coefficients()); baked.probes.len()],
+            cluster_coefficients: dark(baked.row_scales.len()),
+            irradiance: dark(baked.receiver_texels.len()),
+            lightmap: dark((baked.lightmap.width * baked.lightmap.height) as usize),
+        }
+    }
+}
+
+/// One frame of what `plan` has, after `last`: the rest stays.
 pub(crate) fn slow_frame(
     baked: &BakedScene,
     lighting: &Lighting,
     colors: &[SurfaceColors],
-    feedback: &[DVec3],
+    plan: &FramePlan,
+    last: &SlowFrame,
 ) -> SlowFrame {
-    let mut frame = SlowFrame::default();
-    frame.signals = signals(baked, lighting, colors, feedback);
-    frame.coefficients = coefficients(baked, lighting, &frame.signals);
-    for cluster in &baked.clusters {
-        let rank = cluster.rank() as usize;
-        let columns = columns(baked, cluster, &frame);
-        for row in 0..rank {
-            frame.cluster_coefficients.push(cluster_coefficient(baked, cluster, &columns, row));
+    let mut frame = last.clone();
+    frame.signals = signals(baked, lighting, colors, &last.lightmap);
+    relight_probes(baked, lighting, plan, &mut frame);
+    for (cluster, extent) in baked.clusters.iter().zip(plan.clusters()) {
+        let columns = columns(baked, cluster, *extent, &frame);
+        for row in 0..extent.rank as usize {
+            let place = cluster.row_scale_offset as usize + row;
+            frame.cluster_coefficients[place] = cluster_coefficient(baked, cluster, &columns, row);
         }
-        let count = cluster.receiver_count as usize;
-        let basis = &baked.receiver_basis[cluster.receiver_basis_offset as usize..];
-        for receiver in 0..count {
-            let mut sum = DVec3::ZERO;
-            for k in 0..rank {
-                let line = &basis[cluster.receiver_ranks.line_start(k, count)..];
-                let value = f64::from(cluster.receiver_ranks.precision(k).unpack(line, receiver));
-                sum += value * frame.cluster_coefficients[cluster.row_scale_offset as usize + k];
-            }
-            frame.irradiance.push(sum);
+        for receiver in 0..extent.receivers as usize {
+            frame.irradiance[cluster.first_receiver as usize + receiver] =
+                gather(baked, cluster, *extent, receiver, &frame.cluster_coefficients);
         }
     }
-    frame.irradiance = blend_borders(baked, &frame.irradiance);
-    frame.lightmap = vec![DVec3::ZERO; (baked.lightmap.width * baked.lightmap.height) as usize];
+    frame.irradiance = blend_borders(baked, plan, &frame.irradiance);
     for (texel, value) in baked.receiver_texels.iter().zip(&frame.irradiance) {
         frame.lightmap[*texel as usize] = *value;
     }
@@ -65,10 +72,31 @@ pub(crate) fn slow_frame(
     frame
 }
 
-/// A receiver's own cluster counts twice, each of its records once.
-fn blend_borders(baked: &BakedScene, gathered: &[DVec3]) -> Vec<DVec3> {
+/// Irradiance of one of a cluster's receivers.
+fn gather(
+    baked: &BakedScene,
+    cluster: &Cluster,
+    extent: ClusterExtent,
+    receiver: usize,
+    coefficients: &[DVec3],
+) -> DVec3 {
+    let basis = &baked.receiver_basis[cluster.receiver_basis_offset as usize..];
+    let value = |k: usize| {
+        let line = &basis[cluster.receiver_ranks.line_start(k, cluster.receiver_count as usize)..];
+        f64::from(cluster.receiver_ranks.precision(k).unpack(line, receiver))
+    };
+    let rows = &coefficients[cluster.row_scale_offset as usize..][..extent.rank as usize];
+    rows.iter().enumerate().map(|(k, b)| value(k) * *b).sum()
+}
+
+/// A receiver's own cluster counts twice, each of its records once. What is not computed was blended before.
+fn blend_borders(baked: &BakedScene, plan: &FramePlan, gathered: &[DVec3]) -> Vec<DVec3> {
     let mut sums: Vec<(DVec3, f64)> = gathered.iter().map(|own| (2.0 * own, 2.0)).collect();
-    for blend in baked.border_blends() {
+    let mut is_computed = vec![false; gathered.len()];
+    for (cluster, extent) in baked.clusters.iter().zip(plan.clusters()) {
+        is_computed[cluster.first_receiver as usize..][..extent.receivers as usize].fill(true);
+    }
+    for blend in baked.border_blends().iter().filter(|blend| is_computed[blend.receiver as usize]) {
         let [neighbor, beyond] = [blend.neighbor, blend.beyond].map(|i| gathered[i as usize]);
         let own = gathered[blend.receiver as usize];
         let steepest = 0.25 * neighbor.abs();
@@ -106,7 +134,7 @@ fn signals(
     if let Some(degree) = baked.settings.sky_degree {
         let directions: Vec<Vec3> = (0..1024).map(|i| spherical_fibonacci(i, 1024)).collect();
         let radiance: Vec<DVec3> = directions.iter().map(|d| lighting.sky.radiance(*d).as_dvec3()).collect();
-        signals.extend(project(degree as usize, &directions, &radiance));
+        signals.extend(project(degree as usize, 2 * degree as usize, &directions, &radiance));
     }
     signals
 }
@@ -136,10 +164,10 @@ fn radiance(
     (emitted * decode(sample.emission_texel)).as_dvec3() + albedo / std::f64::consts::PI * arriving
 }
 
-/// Spherical-harmonics coefficients of radiance along directions.
-fn project(degree: usize, directions: &[Vec3], radiance: &[DVec3]) -> Vec<DVec3> {
+/// Spherical-harmonics coefficients of radiance along directions, with a quadrature that is exact to `exact_degree`.
+fn project(degree: usize, exact_degree: usize, directions: &[Vec3], radiance: &[DVec3]) -> Vec<DVec3> {
     let basis = Basis::new(degree);
-    let weights = quadrature_weights(directions, 2 * degree);
+    let weights = quadrature_weights(directions, exact_degree);
     let mut y = vec![0.0; basis.len()];
     let mut sums = vec![DVec3::ZERO; basis.len()];
     for ((direction, weight), radiance) in directions.iter().zip(&weights).zip(radiance) {
@@ -151,28 +179,31 @@ fn project(degree: usize, directions: &[Vec3], radiance: &[DVec3]) -> Vec<DVec3>
     sums
 }
 
-fn coefficients(baked: &BakedScene, lighting: &Lighting, signals: &[DVec3]) -> Vec<Vec<DVec3>> {
-    let directions = &baked.relight_directions;
-    let bring = |((surfel, gain), direction): ((&u32, &u8), &Vec3)| {
-        let radiance = if *surfel != NONE {
-            signals[*surfel as usize]
-        } else if baked.settings.sky_degree.is_none() {
-            lighting.sky.radiance(*direction).as_dvec3()
-        } else {
-            DVec3::ZERO
+fn relight_probes(baked: &BakedScene, lighting: &Lighting, plan: &FramePlan, frame: &mut SlowFrame) {
+    let stored = baked.relight_directions.len();
+    for (probe, extent) in plan.probes().iter().enumerate().filter(|(_, extent)| extent.rays > 0) {
+        let directions = &baked.relight_directions[..extent.rays as usize];
+        let bring = |(ray, direction): (usize, &Vec3)| {
+            let ray = probe * stored + ray;
+            let surfel = baked.relight_surfels[ray];
+            let radiance = if surfel != NONE {
+                frame.signals[surfel as usize]
+            } else if baked.settings.sky_degree.is_none() {
+                lighting.sky.radiance(*direction).as_dvec3()
+            } else {
+                DVec3::ZERO
+            };
+            radiance * f64::from(baked.relight_gains[ray]) / f64::from(GAIN_STEPS)
         };
-        radiance * f64::from(*gain) / f64::from(GAIN_STEPS)
-    };
-    let of_probe = |(surfels, gains): (&[u32], &[u8])| {
-        let radiance: Vec<DVec3> = surfels.iter().zip(gains).zip(directions).map(bring).collect();
-        project(baked.settings.sh_degree as usize, directions, &radiance)
-    };
-    let rays = directions.len().max(1);
-    baked.relight_surfels.chunks(rays).zip(baked.relight_gains.chunks(rays)).map(of_probe).collect()
+        let radiance: Vec<DVec3> = directions.iter().enumerate().map(bring).collect();
+        let exact_degree = 2 * baked.settings.sh_degree as usize;
+        let found = project(extent.degree as usize, exact_degree, directions, &radiance);
+        frame.coefficients[probe][..found.len()].copy_from_slice(&found);
+    }
 }
 
-/// A cluster's input.
-fn columns(baked: &BakedScene, cluster: &Cluster, frame: &SlowFrame) -> Vec<DVec3> {
+/// A cluster's input; zeros from the first column on that does not count.
+fn columns(baked: &BakedScene, cluster: &Cluster, extent: ClusterExtent, frame: &SlowFrame) -> Vec<DVec3> {
     let probe_count = cluster.probe_count as usize;
     let signal_count = cluster.signal_count as usize;
     let mut columns = vec![DVec3::ZERO; baked.column_count(cluster)];
@@ -189,6 +220,7 @@ fn columns(baked: &BakedScene, cluster: &Cluster, frame: &SlowFrame) -> Vec<DVec
             }
         }
     }
+    columns[extent.columns as usize..].fill(DVec3::ZERO);
     columns
 }
 

@@ -8,6 +8,7 @@ use anyhow::Context;
 use probelight_math::glam::DVec2;
 use probelight_render::ToneMap;
 use probelight_render::gpu::{GpuRenderer, LitScene};
+use probelight_runtime::FrameInput;
 use probelight_runtime::gpu::{GpuDevice, GpuRuntime};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -124,7 +125,10 @@ impl SceneWindow {
                 let light = runtime.measure_frames(1, |_, _| Ok(()))?.first().map(|times| times.frame);
                 screen.window.set_title(&title(&self.name, &self.viewer, frame, light.unwrap_or_default()));
             }
-            None => runtime.encode(&mut encoder),
+            None => {
+                let view = Some((&state.camera).into());
+                runtime.encode(&FrameInput { view, ..FrameInput::default() }, &mut encoder);
+            }
         }
         renderer.draw(&mut encoder, &screen.picture, &LitScene::of(runtime), &state.camera, state.options);
         let tone_map = ToneMap { scale: state.ev.exp2() };

@@ -1,0 +1,38 @@
+//! What a host says about a frame.
+
+use probelight_math::glam::Vec3;
+use probelight_scene::{Bounds, Camera};
+
+/// What a host knows about a frame. Without anything ([`FrameInput::default`]) all of the scene is computed at its first
+/// [level](crate::LodSettings).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameInput<'a> {
+    /// Who looks; without it everything counts as near.
+    pub view: Option<View>,
+    /// Boxes around what moves, metres, world space. Clusters that they touch count as near, wherever the view is.
+    pub active_boxes: &'a [Bounds],
+    /// What the frame may cost.
+    pub budget: Option<Budget>,
+}
+
+/// Where somebody looks from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// World position of the eye, metres.
+    pub position: Vec3,
+}
+
+impl From<&Camera> for View {
+    fn from(camera: &Camera) -> Self {
+        Self { position: camera.position }
+    }
+}
+
+/// What a frame may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Budget {
+    /// Bytes of transport matrices, see [`FramePlan::matrix_bytes`](crate::FramePlan::matrix_bytes). Where more is wanted,
+    /// the whole frame takes coarser levels until it fits, or there is no coarser one.
+    MatrixBytes(u64),
+}

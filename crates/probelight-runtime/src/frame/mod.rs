@@ -1,0 +1,34 @@
+//! What a frame is asked for, and what it computes: the same on both backends.
+//!
+//! ```text
+//!  FrameInput (who looks, what moves, what it may cost) ─┐
+//!  LodSettings (levels by distance) ─────────────────────┼─► FramePlan: an extent for each cluster and probe
+//!  BakedScene ───────────────────────────────────────────┘
+//! ```
+//!
+//! What is stored is ordered so that less of it is a prefix ([`BakedScene`](probelight_asset::BakedScene)). Kernels know
+//! two numbers of everything: how many are stored, by which they find their way, and how many this frame computes.
+//! What lies beyond keeps the value that it had.
+
+mod bytes;
+mod input;
+mod lod;
+mod plan;
+mod planner;
+mod plans;
+mod relight_table;
+mod stage;
+
+pub use bytes::stage_bytes;
+#[cfg(feature = "gpu")]
+pub(crate) use bytes::{Held, stage_bytes_with};
+pub use input::{Budget, FrameInput, View};
+pub use lod::{LodLevel, LodSettings};
+pub use plan::{ClusterExtent, FramePlan, ProbeExtent};
+pub(crate) use plan::{ReceiverPlace, leading};
+pub use planner::Planner;
+pub(crate) use plans::FramePlans;
+pub(crate) use relight_table::RelightTable;
+#[cfg(feature = "gpu")]
+pub(crate) use relight_table::first_weight;
+pub use stage::{PerStage, Stage, StageTimings};
