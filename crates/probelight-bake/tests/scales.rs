@@ -57,7 +57,7 @@ impl Room {
         let intensity = Vec3::splat(10.0 * self.scale * self.scale);
         let lamp = Light::Point { position: self.place(lamp), intensity, range: None };
         let mut runtime = Runtime::new(Arc::new(baked.clone()));
-        runtime.set_lighting(Lighting { lights: vec![lamp], ..Lighting::default() });
+        runtime.set_lighting(Lighting { lights: vec![lamp], ..Lighting::default() }).unwrap();
         runtime.converge(1e-4, 50);
         let at = |(position, normal): (Vec3, Vec3)| runtime.irradiance_at(self.place(position), normal);
         PLACES.into_iter().map(|place| at(place).unwrap().y).collect()
@@ -128,7 +128,7 @@ fn under_the_sky(shapes: Vec<Shape>, receivers: u32) -> Runtime {
     let scene = scene_of(shapes.into_iter().map(|shape| (shape, false)).collect());
     let options = BakeOptions { receivers: Some(receivers), ..quick(Method::Hybrid) };
     let mut runtime = Runtime::new(Arc::new(bake(Arc::new(scene), &options, None, &Silent).unwrap()));
-    runtime.set_lighting(Lighting { sky: Sky::Uniform(Vec3::ONE), ..Lighting::default() });
+    runtime.set_lighting(Lighting { sky: Sky::Uniform(Vec3::ONE), ..Lighting::default() }).unwrap();
     runtime.converge(1e-4, 50);
     runtime
 }
