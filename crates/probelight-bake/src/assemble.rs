@@ -5,15 +5,17 @@ use std::sync::Arc;
 use probelight_asset::{BakeReport, BakedParts, Cluster, LightmapLayout, NONE, Probe, Surfel};
 
 use crate::checkpoint::FinishedGroup;
-use crate::groundwork::Groundwork;
+use crate::compression::CompressedCluster;
+use crate::ground::Groundwork;
+use crate::ground::receivers::Receiver;
+use crate::ground::site::{Site, bounds_of};
+use crate::light::SceneLight;
 use crate::options::SurfaceSignals;
-use crate::scene_light::SceneLight;
-use crate::site::bounds_of;
 
 /// Lines up the groups' clusters, in order, behind the shared arrays.
 pub(crate) fn assemble(ground: Groundwork, light: SceneLight, groups: &[FinishedGroup]) -> BakedParts {
     let report = report(&ground, groups);
-    let (sites, sources) = (&ground.sites, light.sources);
+    let sources = light.sources;
     let mut baked = BakedParts {
         scene_hash: ground.scene_hash,
         settings: ground.settings,
@@ -42,44 +44,53 @@ pub(crate) fn assemble(ground: Groundwork, light: SceneLight, groups: &[Finished
         keep_seen_surfels(&mut baked);
     }
     for cluster in groups.iter().flat_map(|g| &g.clusters) {
-        let bounds = bounds_of(sites, &cluster.receivers);
-        baked.clusters.push(Cluster {
-            bounds,
-            // Clusters never mix air spaces.
-            air_space: sites[cluster.receivers[0] as usize].air_space().unwrap_or(NONE),
-            first_receiver: baked.receiver_texels.len() as u32,
-            receiver_count: cluster.receivers.len() as u32,
-            first_signal: baked.cluster_signals.len() as u32,
-            signal_count: cluster.signals.len() as u32,
-            first_probe: baked.cluster_probes.len() as u32,
-            probe_count: cluster.probes.len() as u32,
-            receiver_ranks: cluster.factors.receiver_ranks,
-            signal_ranks: cluster.factors.signal_ranks,
-            receiver_basis_offset: baked.receiver_basis.len() as u64,
-            signal_basis_offset: baked.signal_basis.len() as u64,
-            row_scale_offset: baked.row_scales.len() as u64,
-            column_exponent_offset: baked.column_exponents.len() as u64,
-            error: cluster.factors.error,
-        });
-        for p in &cluster.probes {
-            let probe = &mut baked.probes[probe_numbers[*p as usize] as usize];
-            for receiver in &cluster.receivers {
-                let distance = sites[*receiver as usize].position.distance(probe.position);
-                probe.support_radius = probe.support_radius.max(distance);
-            }
-        }
-        baked
-            .receiver_texels
-            .extend(cluster.receivers.iter().map(|r| ground.receivers.receivers[*r as usize].texel));
-        baked.cluster_signals.extend(&cluster.signals);
-        baked.cluster_probes.extend(cluster.probes.iter().map(|p| probe_numbers[*p as usize]));
-        baked.receiver_errors.extend(&cluster.factors.receiver_errors);
-        baked.receiver_basis.extend(&cluster.factors.receiver_basis);
-        baked.signal_basis.extend(&cluster.factors.signal_basis);
-        baked.row_scales.extend(&cluster.factors.row_scales);
-        baked.column_exponents.extend(&cluster.factors.column_exponents);
+        append_cluster(&mut baked, cluster, &ground.sites, &ground.receivers.receivers, &probe_numbers);
     }
     baked
+}
+
+/// Appends a cluster and its matrices.
+fn append_cluster(
+    baked: &mut BakedParts,
+    cluster: &CompressedCluster,
+    sites: &[Site],
+    receivers: &[Receiver],
+    probe_numbers: &[u32],
+) {
+    let bounds = bounds_of(sites, &cluster.receivers);
+    baked.clusters.push(Cluster {
+        bounds,
+        // Clusters never mix air spaces.
+        air_space: sites[cluster.receivers[0] as usize].air_space().unwrap_or(NONE),
+        first_receiver: baked.receiver_texels.len() as u32,
+        receiver_count: cluster.receivers.len() as u32,
+        first_signal: baked.cluster_signals.len() as u32,
+        signal_count: cluster.signals.len() as u32,
+        first_probe: baked.cluster_probes.len() as u32,
+        probe_count: cluster.probes.len() as u32,
+        receiver_ranks: cluster.factors.receiver_ranks,
+        signal_ranks: cluster.factors.signal_ranks,
+        receiver_basis_offset: baked.receiver_basis.len() as u64,
+        signal_basis_offset: baked.signal_basis.len() as u64,
+        row_scale_offset: baked.row_scales.len() as u64,
+        column_exponent_offset: baked.column_exponents.len() as u64,
+        error: cluster.factors.error,
+    });
+    for p in &cluster.probes {
+        let probe = &mut baked.probes[probe_numbers[*p as usize] as usize];
+        for receiver in &cluster.receivers {
+            let distance = sites[*receiver as usize].position.distance(probe.position);
+            probe.support_radius = probe.support_radius.max(distance);
+        }
+    }
+    baked.receiver_texels.extend(cluster.receivers.iter().map(|r| receivers[*r as usize].texel));
+    baked.cluster_signals.extend(&cluster.signals);
+    baked.cluster_probes.extend(cluster.probes.iter().map(|p| probe_numbers[*p as usize]));
+    baked.receiver_errors.extend(&cluster.factors.receiver_errors);
+    baked.receiver_basis.extend(&cluster.factors.receiver_basis);
+    baked.signal_basis.extend(&cluster.factors.signal_basis);
+    baked.row_scales.extend(&cluster.factors.row_scales);
+    baked.column_exponents.extend(&cluster.factors.column_exponents);
 }
 
 /// Leaves out probes that no cluster draws on; returns the new number of each probe that stays.

@@ -13,9 +13,9 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use crate::assemble::assemble;
 use crate::checkpoint::{Checkpoint, FinishedGroup};
-use crate::groundwork::{Groundwork, prepare};
+use crate::ground::{Groundwork, prepare};
 use crate::group_worker::GroupWorker;
-use crate::scene_light::SceneLight;
+use crate::light::SceneLight;
 use crate::{BakeError, BakeOptions};
 
 /// Bakes a valid scene ([`Scene::validate`]).

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::BakeError;
-use crate::compress::CompressedCluster;
+use crate::compression::CompressedCluster;
 
 /// First bytes of the file.
 const MAGIC: &[u8; 8] = b"PLIGHTck";
@@ -121,7 +121,7 @@ fn read_u64(bytes: &[u8], at: usize) -> Option<u64> {
 mod tests {
     use probelight_asset::packed::Ranks;
 
-    use crate::quantize::PackedFactors;
+    use crate::compression::quantize::PackedFactors;
 
     use super::*;
 

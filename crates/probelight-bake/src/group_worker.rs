@@ -6,17 +6,17 @@ use probelight_math::glam::Vec3;
 use probelight_math::sh::{Basis, band, coefficient_count};
 
 use crate::checkpoint::FinishedGroup;
-use crate::compress::{Compressor, GroupMatrix};
-use crate::gather::{GatherHit, GatherRay};
-use crate::groundwork::Groundwork;
-use crate::light_ensemble::LightEnsemble;
-use crate::metric::SignalMetric;
-use crate::patch_choice::{PatchChoice, WITNESSES};
-use crate::probe_choice::choose_probes;
-use crate::scene_light::SceneLight;
-use crate::site::bounds_of;
+use crate::compression::metric::SignalMetric;
+use crate::compression::{Compressor, GroupMatrix};
+use crate::ground::Groundwork;
+use crate::ground::site::bounds_of;
+use crate::light::SceneLight;
+use crate::light::ensemble::LightEnsemble;
+use crate::transport::gather::{GatherHit, GatherRay};
+use crate::transport::patch_choice::{PatchChoice, WITNESSES};
+use crate::transport::probe_choice::choose_probes;
+use crate::transport::view::View;
 use crate::transport::{ScalarSignals, Transport, TransportBuilder};
-use crate::view::View;
 
 /// What the groups have in common.
 pub(crate) struct GroupWorker<'a> {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use probelight_math::glam::Vec3;
 
-use crate::site::Site;
+use crate::ground::site::Site;
 
 /// Axes of the tree: three each of position, normal and outlook.
 const AXES: usize = 9;
@@ -101,7 +101,7 @@ pub(crate) fn centroid(sites: &[Site], group: &[u32]) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::site::Outlook;
+    use crate::ground::site::Outlook;
 
     fn sites() -> Vec<Site> {
         (0..1000u32)

@@ -7,9 +7,9 @@ use probelight_scene::load_gltf;
 use probelight_trace::Silent;
 
 use crate::BakeOptions;
-use crate::gather::{GatherRay, gather_rays};
-use crate::groundwork::{Groundwork, prepare};
-use crate::scene_light::SceneLight;
+use crate::ground::{Groundwork, prepare};
+use crate::light::SceneLight;
+use crate::transport::gather::{GatherRay, gather_rays};
 
 /// A scene that is ready for its groups to be baked.
 pub(crate) struct SmallScene {

@@ -8,10 +8,12 @@
 //!
 //! - a point of a surface is *open* if it is in sight of open air, or if light finds a way to it over other surfaces;
 //! - a side of a triangle is lit if any point of it is open ([`LitSides`]);
-//! - points of texels are open ones only ([`crate::receivers`]);
-//! - probes are put where most of what is seen is lit ([`crate::probes`]).
+//! - points of texels are open ones only ([`crate::ground::receivers`]);
+//! - probes are put where most of what is seen is lit ([`crate::ground::probes`]).
 
+pub(crate) mod point_tree;
 mod sides;
+mod voxels;
 
 use probelight_math::directions::spherical_fibonacci;
 use probelight_math::glam::Vec3;
@@ -21,9 +23,9 @@ use probelight_trace::{Hit, Progress, Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::BakeError;
-use crate::point_grid::PointGrid;
+use crate::air::point_tree::PointTree;
+use crate::air::voxels::VoxelGrid;
 use crate::steps::for_each_in_parallel;
-use crate::voxels::VoxelGrid;
 
 pub(crate) use sides::LitSides;
 
@@ -133,7 +135,7 @@ pub(crate) struct Air<'a> {
     /// Edge of the voxels, metres: the width of the narrowest space that is found.
     voxel: f32,
     surveys: Vec<Survey>,
-    open: PointGrid,
+    open: PointTree,
 }
 
 impl<'a> Air<'a> {
@@ -149,7 +151,7 @@ impl<'a> Air<'a> {
         let surveys = for_each_in_parallel("surveying the air", places.into_par_iter(), progress, look)?;
         let open: Vec<Vec3> =
             surveys.iter().filter(|survey| survey.is_open()).map(|survey| survey.position).collect();
-        Ok(Self { tracer, voxel, surveys, open: PointGrid::of(&open) })
+        Ok(Self { tracer, voxel, surveys, open: PointTree::of(&open) })
     }
 
     /// The tracer of the scene.

@@ -219,24 +219,25 @@ impl BakeOptions {
         let method = self.method.unwrap_or_default();
         let plan = SignalPlan::of(method);
         let scale = Scale::of(tracer);
-        let error = positive("the largest cluster error", self.max_cluster_error)?;
-        let error = match (error, self.max_rank) {
-            (Some(error), None) => ErrorGoal::AtMost(error),
-            (error, _) => ErrorGoal::About(error.unwrap_or(preset.max_cluster_error)),
-        };
+        let error = self.error_goal(preset.max_cluster_error)?;
         let default_rank = if error.must_be_met() { HIGHEST_RANK } else { preset.max_rank };
-        let probe_density = positive("the probe density", self.probe_density)?;
         let density = self.density(scale.free_distance, preset.max_receivers)?;
         let estimated_texel_size = density.estimated_texel_size(scale.area);
-        let [smallest_spacing, widest_spacing] = match probe_density {
+        let [smallest_spacing, widest_spacing] = match positive("the probe density", self.probe_density)? {
             Some(density) => [spacing_at(density); 2],
             None => default_spacings(scale.unit, estimated_texel_size),
         };
         let receivers = scale.area / f64::from(estimated_texel_size).powi(2);
         let budget =
             |option: Option<u32>, budget: u64| (plan.fills_ray_budgets && option.is_none()).then_some(budget);
+        let gather_rays = plan.gather_rays_factor * preset.gather_rays;
+        let (probes, receivers) = (plan.probes_per_cluster, plan.receivers_per_cluster);
+        let probes_per_cluster = within("the probes per cluster", self.probes_per_cluster, probes, 1..=40)?;
+        let receivers_per_cluster =
+            within("the receivers per cluster", self.receivers_per_cluster, receivers, 16..=4096)?;
         let surfel_size = positive("the surfel size", self.surfel_size)?;
         let byte_price = positive("the price of a byte", self.byte_price)?;
+        let default_price = BytePrice::FromReceivers(preset.byte_price, preset.full_price_receivers);
         Ok(Wishes {
             plan,
             density,
@@ -255,12 +256,7 @@ impl BakeOptions {
             samples_per_surfel: within("the samples per surfel", self.samples_per_surfel, 16, 1..=64)?,
             near_radius: positive("the near radius", self.near_radius)?,
             gather_rays: Rays {
-                fewest: within(
-                    "the gather rays",
-                    self.gather_rays,
-                    plan.gather_rays_factor * preset.gather_rays,
-                    16..=65_536,
-                )?,
+                fewest: within("the gather rays", self.gather_rays, gather_rays, 16..=65_536)?,
                 budget: budget(self.gather_rays, preset.gather_ray_budget),
             },
             relight_rays: Rays {
@@ -269,23 +265,19 @@ impl BakeOptions {
             },
             sh_degree: within("the SH degree", self.sh_degree, 7, 0..=11)?,
             max_rank: within("the rank", self.max_rank, default_rank, 1..=HIGHEST_RANK)?,
-            probes_per_cluster: within(
-                "the probes per cluster",
-                self.probes_per_cluster,
-                plan.probes_per_cluster,
-                1..=40,
-            )?,
-            receivers_per_cluster: within(
-                "the receivers per cluster",
-                self.receivers_per_cluster,
-                plan.receivers_per_cluster,
-                16..=4096,
-            )?,
+            probes_per_cluster,
+            receivers_per_cluster,
             blend_borders: self.blend_borders.unwrap_or(plan.blend_borders),
-            byte_price: byte_price.map_or(
-                BytePrice::FromReceivers(preset.byte_price, preset.full_price_receivers),
-                BytePrice::Fixed,
-            ),
+            byte_price: byte_price.map_or(default_price, BytePrice::Fixed),
+        })
+    }
+
+    /// An error that was asked for is met, unless a rank was, too.
+    fn error_goal(&self, default: f32) -> Result<ErrorGoal, BakeError> {
+        let error = positive("the largest cluster error", self.max_cluster_error)?;
+        Ok(match (error, self.max_rank) {
+            (Some(error), None) => ErrorGoal::AtMost(error),
+            (error, _) => ErrorGoal::About(error.unwrap_or(default)),
         })
     }
 

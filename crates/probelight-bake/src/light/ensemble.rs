@@ -1,38 +1,26 @@
 //! Random but plausible lightings of the scene, and what each makes of the signals.
 //!
-//! The compression keeps what matters under light that may really occur. Each lighting is one source: a lamp or a spot in open space, a sun, a sky,
-//! an emitter. Since light adds up, their second moments hold for all mixtures. Bounces are computed on the
-//! surfels alone, with a few rays each.
+//! The compression keeps what matters under light that may really occur. Each lighting is one source: a lamp or a
+//! spot in open space, a sun, a sky, an emitter. Since light adds up, their second moments hold for all mixtures.
+//! Bounces are computed on the surfels alone, with a few rays each.
 
-use std::f32::consts::{FRAC_1_PI, PI, TAU};
+use std::f32::consts::{FRAC_1_PI, PI};
 
 use probelight_asset::{GAIN_STEPS, LightSample, NONE};
 use probelight_math::color::{linear_from_srgb8, luminance};
 use probelight_math::directions::weighted_basis;
-use probelight_math::glam::Vec3;
-use probelight_math::sampling::{
-    Rng, cosine_hemisphere_from_square, hash_pair, sobol_owen, sphere_from_square, world_from_tangent,
-};
+use probelight_math::glam::{Vec2, Vec3};
+use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
 use probelight_math::sh::coefficient_count;
-use probelight_scene::Light;
 use probelight_trace::{Progress, Ray, Tracer, direct_irradiance};
 use rayon::prelude::*;
 
 use crate::BakeError;
-use crate::groundwork::Groundwork;
-use crate::scene_light::LightSources;
+use crate::ground::Groundwork;
+use crate::light::LightSources;
+use crate::light::random_lights::{Lighting, draw_lightings, kind_weights};
+use crate::light::surfels::SurfelTree;
 use crate::steps::for_each_in_parallel;
-use crate::surfels::SurfelTree;
-
-/// Lightings of each kind; emitters take part one by one, up to a limit.
-const POINTS: usize = 84;
-const SPOTS: usize = 84;
-const SUNS: usize = 64;
-const SKIES: usize = 24;
-const MOST_EMITTERS: usize = 32;
-
-/// How much points, spots, suns, skies and emitters count. Spots count most: what they light is small.
-const KIND_WEIGHTS: [f32; 5] = [0.2, 0.3, 0.2, 0.15, 0.15];
 
 /// Rays per surfel for bounced light, light samples per surfel for direct light, and bounces.
 const RAYS: u32 = 64;
@@ -84,31 +72,6 @@ struct Input<'a> {
     sources: &'a LightSources,
 }
 
-/// One source of light, of unit strength.
-enum Lighting {
-    Analytic(Light),
-    Sky(RandomSky),
-    Emitter(u32),
-}
-
-/// A sky with a gradient and a bright region.
-#[derive(Clone, Copy)]
-struct RandomSky {
-    zenith: f32,
-    horizon: f32,
-    ground: f32,
-    lobe: Vec3,
-    lobe_strength: f32,
-}
-
-impl RandomSky {
-    fn radiance(&self, direction: Vec3) -> f32 {
-        let pole = if direction.y > 0.0 { self.zenith } else { self.ground };
-        let gradient = self.horizon + (pole - self.horizon) * direction.y.abs();
-        gradient + self.lobe_strength * self.lobe.dot(direction).max(0.0).powi(4)
-    }
-}
-
 impl LightEnsemble {
     /// Draws the lightings and lights the surfels and probes with each.
     pub(crate) fn light(
@@ -117,7 +80,7 @@ impl LightEnsemble {
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
         let input = Input { ground, sources };
-        let lightings = draw_lightings(input);
+        let lightings = draw_lightings(ground, &sources.emitters);
         let (count, surfels) = (lightings.len(), input.sources.surfels.surfels.len());
         let light = |surfel| LitSurfel::light(input, &lightings, surfel);
         let surfels_to_light = (0..surfels).into_par_iter();
@@ -206,63 +169,6 @@ impl LightEnsemble {
     }
 }
 
-/// Draws the sources of light.
-fn draw_lightings(input: Input<'_>) -> Vec<Lighting> {
-    let mut rng = Rng::new(input.ground.settings.seed, 0x11_67);
-    let mut lightings = Vec::new();
-    let count = if input.ground.probes.positions.is_empty() { 0 } else { POINTS + SPOTS };
-    for i in 0..count {
-        // Evenly through the probes, so that every room gets its lamps.
-        let at = (i as f32 + rng.next_f32()) / count as f32 * input.ground.probes.positions.len() as f32;
-        let position =
-            input.ground.probes.positions[(at as usize).min(input.ground.probes.positions.len() - 1)];
-        let direction = sphere_from_square(rng.next_vec2());
-        let outer_angle = 0.2 + 0.6 * rng.next_f32();
-        lightings.push(Lighting::Analytic(if i % 2 == 1 {
-            let inner_angle = outer_angle * rng.next_f32();
-            Light::Spot { position, direction, intensity: Vec3::ONE, inner_angle, outer_angle, range: None }
-        } else {
-            Light::Point { position, intensity: Vec3::ONE, range: None }
-        }));
-    }
-    for i in 0..SUNS {
-        let u = sobol_owen(i as u32, hash_pair(input.ground.settings.seed as u32, 3));
-        let (height, azimuth) = (0.05 + 0.95 * u.x, TAU * u.y);
-        let across = (1.0 - height * height).sqrt();
-        let direction = Vec3::new(across * azimuth.cos(), -height, across * azimuth.sin());
-        lightings.push(Lighting::Analytic(Light::Directional { direction, irradiance: Vec3::ONE }));
-    }
-    for i in 0..SKIES {
-        let mut random = || rng.next_f32();
-        let (zenith, horizon, ground) = (random(), random(), random());
-        let lobe_strength = if i % 2 == 0 { 0.0 } else { 4.0 * random() };
-        let lobe = sphere_from_square(rng.next_vec2());
-        let lobe = Vec3::new(lobe.x, lobe.y.abs(), lobe.z);
-        lightings.push(Lighting::Sky(RandomSky { zenith, horizon, ground, lobe, lobe_strength }));
-    }
-    let emitters = input.sources.emitters.signals.len();
-    let step = emitters.div_ceil(MOST_EMITTERS).max(1);
-    lightings.extend((0..emitters as u32).step_by(step).map(Lighting::Emitter));
-    lightings
-}
-
-/// The lightings' weights: every kind of source counts as a whole, however many of it there are.
-fn kind_weights(lightings: &[Lighting]) -> Vec<f32> {
-    let kind = |l: &Lighting| match l {
-        Lighting::Analytic(Light::Point { .. }) => 0,
-        Lighting::Analytic(Light::Spot { .. }) => 1,
-        Lighting::Analytic(Light::Directional { .. }) => 2,
-        Lighting::Sky(_) => 3,
-        Lighting::Emitter(_) => 4,
-    };
-    let mut counts = [0usize; KIND_WEIGHTS.len()];
-    lightings.iter().for_each(|l| counts[kind(l)] += 1);
-    let present = KIND_WEIGHTS.iter().zip(counts).filter(|(_, count)| *count > 0);
-    let total: f32 = present.map(|(weight, _)| weight).sum();
-    let weight = |k: usize| lightings.len() as f32 * KIND_WEIGHTS[k] / (total * counts[k] as f32);
-    lightings.iter().map(|l| weight(kind(l))).collect()
-}
-
 /// The sky's radiance along each direction, then under each lighting.
 fn sky_of_directions(directions: &[Vec3], lightings: &[Lighting], scales: &[f32]) -> Vec<f32> {
     let radiance = |direction: &Vec3, lighting: &Lighting| match lighting {
@@ -312,13 +218,7 @@ impl LitSurfel {
     }
 
     /// Adds what one ray brings: the sky's or an emitter's light at once, a surfel's later.
-    fn follow_ray(
-        &mut self,
-        input: Input<'_>,
-        lightings: &[Lighting],
-        sample: &LightSample,
-        u: probelight_math::glam::Vec2,
-    ) {
+    fn follow_ray(&mut self, input: Input<'_>, lightings: &[Lighting], sample: &LightSample, u: Vec2) {
         let normal = normal_of(&input.ground.tracer, sample);
         let direction = world_from_tangent(normal) * cosine_hemisphere_from_square(u);
         let origin = sample.position + normal * input.ground.tracer.offset();

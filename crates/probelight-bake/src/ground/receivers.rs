@@ -15,13 +15,13 @@ use rayon::prelude::*;
 
 use crate::BakeError;
 use crate::air::{Air, LitSides, Outpost};
-use crate::atlas::Atlas;
-use crate::site::{Outlook, Site};
-use crate::steps::for_each_in_parallel;
-use crate::texel_points::{
+use crate::ground::atlas::Atlas;
+use crate::ground::site::{Outlook, Site};
+use crate::ground::texel_points::{
     FacePoint, POINTS_PER_TEXEL, SamplePoint, TexelPoints, Window, point_on_face, spread_points,
     texels_around,
 };
+use crate::steps::for_each_in_parallel;
 
 /// A place that gathers light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! Which patches of surface a cluster takes light from: fine ones where it matters, coarse ones elsewhere.
 //!
 //! A patch stands for its surfels by their mean radiance. What that costs depends on how much of the patch the
-//! receivers see and on how much the radiance varies within it; the [light ensemble](crate::light_ensemble)
+//! receivers see and on how much the radiance varies within it; the [light ensemble](crate::light::ensemble)
 //! tells. So a patch is taken whole if that product is negligible against the light that arrives, and divided
 //! otherwise. What is negligible, each part of the cluster judges by its own light, under each lighting.
 
@@ -10,9 +10,9 @@ use std::f32::consts::PI;
 
 use probelight_asset::NONE;
 
-use crate::light_ensemble::LightEnsemble;
-use crate::metric::lighting_weights;
-use crate::surfels::SurfelTree;
+use crate::compression::metric::lighting_weights;
+use crate::light::ensemble::LightEnsemble;
+use crate::light::surfels::SurfelTree;
 
 /// Parts of a cluster whose mean view decides.
 pub(crate) const WITNESSES: usize = 32;

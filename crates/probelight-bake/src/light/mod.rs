@@ -1,15 +1,23 @@
 //! Where the scene's light is evaluated: surfels, emitters, and what relight rays see of them.
 
+pub(crate) mod blur_balance;
+pub(crate) mod emitters;
+pub(crate) mod ensemble;
+pub(crate) mod form_factors;
+mod random_lights;
+mod surfel_builder;
+pub(crate) mod surfels;
+
 use probelight_asset::{Metric, NONE};
 use probelight_trace::Progress;
 
 use crate::BakeError;
-use crate::blur_balance::BlurBalance;
-use crate::emitters::Emitters;
-use crate::groundwork::Groundwork;
-use crate::light_ensemble::LightEnsemble;
+use crate::ground::Groundwork;
+use crate::light::blur_balance::BlurBalance;
+use crate::light::emitters::Emitters;
+use crate::light::ensemble::LightEnsemble;
+use crate::light::surfels::SurfelTree;
 use crate::options::SurfaceSignals;
-use crate::surfels::SurfelTree;
 
 /// The scene's sources of light for probes and sites.
 #[derive(Clone, Debug, Default)]

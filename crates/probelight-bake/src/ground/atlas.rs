@@ -70,7 +70,7 @@ impl Atlas {
     }
 }
 
-/// Lays out the lit faces at `texels_per_meter`, parting charts at the `seams` (see [`crate::cut`]). Front faces
+/// Lays out the lit faces at `texels_per_meter`, parting charts at the `seams` (see [`crate::ground::cut`]). Front faces
 /// without light keep their place in the list, but have no chart.
 pub(crate) fn unwrap_faces(
     scene: &Scene,

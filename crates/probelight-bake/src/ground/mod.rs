@@ -1,5 +1,15 @@
 //! The prepared scene: what all later steps read and none changes.
 
+pub(crate) mod atlas;
+mod cut;
+mod layout;
+mod outlooks;
+pub(crate) mod probes;
+pub(crate) mod receivers;
+mod relight;
+pub(crate) mod site;
+pub(crate) mod texel_points;
+
 use std::sync::Arc;
 
 use probelight_asset::BakeSettings;
@@ -8,19 +18,19 @@ use probelight_math::glam::Vec3;
 use probelight_scene::{AlphaMode, Material, Scene, Warning};
 use probelight_trace::{Hit, Progress, Tracer};
 
+use crate::air::point_tree::PointTree;
 use crate::air::{Air, LitSides};
-use crate::air_spaces::find_outlooks;
-use crate::atlas::Atlas;
-use crate::cut::{CutScene, cut_along_walls};
-use crate::layout::fit_layout;
+use crate::ground::atlas::Atlas;
+use crate::ground::cut::{CutScene, cut_along_walls};
+use crate::ground::layout::fit_layout;
+use crate::ground::outlooks::find_outlooks;
+use crate::ground::probes::place_probes;
+use crate::ground::receivers::{Receivers, place_receivers};
+use crate::ground::relight::trace_relight_rays;
+use crate::ground::site::{Place, Site};
+use crate::ground::texel_points::TexelPoints;
 use crate::options::{Decided, ErrorGoal, SignalPlan};
 use crate::partition::KdRule;
-use crate::point_grid::PointGrid;
-use crate::probes::place_probes;
-use crate::receivers::{Receivers, place_receivers};
-use crate::relight::trace_relight_rays;
-use crate::site::{Place, Site};
-use crate::texel_points::TexelPoints;
 use crate::{BakeError, BakeOptions};
 
 /// Rounding of the largest coordinate, as a share of the scene's diagonal, from which on details are lost.
@@ -45,7 +55,7 @@ pub(crate) struct Groundwork {
     pub(crate) sites: Vec<Site>,
     /// The points of each receiver's texel that can be seen.
     pub(crate) points: TexelPoints,
-    pub(crate) probes: PointGrid,
+    pub(crate) probes: PointTree,
     /// Unit directions of the relight rays.
     pub(crate) directions: Vec<Vec3>,
     /// What they meet, a probe's rays in a row; `None` is the sky.
@@ -78,7 +88,7 @@ pub(crate) fn prepare(
     });
     let directions = progressive_sphere(settings.relight_rays as usize);
     let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
-    let probes = PointGrid::of(&probes);
+    let probes = PointTree::of(&probes);
     let outlooks =
         find_outlooks(&tracer, &probes, &directions, &relight_hits, &receivers.receivers, progress)?;
     let sites: Vec<Site> = receivers

@@ -5,8 +5,9 @@ use probelight_asset::ERROR_STEPS;
 use probelight_asset::packed::{EXPONENT_STEPS, Precision, Ranks, column_factor};
 use serde::{Deserialize, Serialize};
 
-use crate::error_feedback::{ErrorFeedback, ROUNDING_VARIANCE};
-use crate::metric::SignalMetric;
+use crate::compression::error_feedback::{ErrorFeedback, ROUNDING_VARIANCE};
+use crate::compression::metric::SignalMetric;
+use crate::compression::ranks::choose_ranks;
 
 /// U and ΣVᵀ of a cluster, and what each singular value is worth.
 pub(crate) struct Factors<'a> {
@@ -198,7 +199,7 @@ impl Scales {
 }
 
 /// Energy that rounding each component to steps of 1 adds; it grows with the square of the step.
-struct RoundingNoise {
+pub(crate) struct RoundingNoise {
     u: Vec<f64>,
     w: Vec<f64>,
 }
@@ -219,67 +220,13 @@ impl RoundingNoise {
         }
     }
 
-    fn of_u(&self, k: usize, precision: Precision) -> f64 {
+    pub(crate) fn of_u(&self, k: usize, precision: Precision) -> f64 {
         self.u[k] * f64::from(precision.step()).powi(2)
     }
 
-    fn of_w(&self, k: usize, precision: Precision) -> f64 {
+    pub(crate) fn of_w(&self, k: usize, precision: Precision) -> f64 {
         self.w[k] * f64::from(precision.step()).powi(2)
     }
-}
-
-/// The cheapest ranks of U and ΣVᵀ within the target; where none are, those beyond which more bytes are not worth it.
-fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, aim: Aim) -> (Ranks, Ranks) {
-    let most = factors.energies.len();
-    let accepted = aim.error * aim.error * factors.total;
-    let in_half_floats = || {
-        let of_component = |k| noise.of_u(k, Precision::F16) + noise.of_w(k, Precision::F16);
-        let energy = |rank: usize| factors.tails[rank] + (0..rank).map(of_component).sum::<f64>();
-        let rank = (0..=most).find(|rank| energy(*rank) <= accepted).unwrap_or(most);
-        let ranks = Ranks { f16: rank as u32, ..Ranks::default() };
-        (ranks, ranks)
-    };
-    if !aim.is_packed {
-        return in_half_floats();
-    }
-    // What a singular value costs in four bits: a value for each receiver or column.
-    let byte_price = aim.byte_price * accepted;
-    let u_price = 0.5 * byte_price;
-    let w_price = u_price * factors.w.ncols() as f64 / factors.u.nrows().max(1) as f64;
-    let mut best = (0, 0, 0);
-    let mut lowest_cost = (true, f64::INFINITY);
-    for total in 0..=most {
-        let energies_in_u = mixed_energies(total, |k, precision| noise.of_u(k, precision));
-        let energies_in_w = mixed_energies(total, |k, precision| noise.of_w(k, precision));
-        for (fine_u, of_u) in energies_in_u.iter().enumerate() {
-            for (fine_w, of_w) in energies_in_w.iter().enumerate() {
-                let energy = factors.tails[total] + of_u + of_w;
-                let price = u_price * (total + fine_u) as f64 + w_price * (total + fine_w) as f64;
-                let misses = energy > accepted;
-                let cost = (misses, if misses { energy + price } else { price });
-                if cost < lowest_cost {
-                    lowest_cost = cost;
-                    best = (total, fine_u, fine_w);
-                }
-            }
-        }
-    }
-    if lowest_cost.0 && aim.must_be_met {
-        return in_half_floats();
-    }
-    let ranks = |fine: usize| Ranks { f16: 0, snorm8: fine as u32, snorm4: (best.0 - fine) as u32 };
-    (ranks(best.1), ranks(best.2))
-}
-
-/// Energy of rounding `total` components if the first n have eight bits and the others four, for every n.
-fn mixed_energies(total: usize, noise: impl Fn(usize, Precision) -> f64) -> Vec<f64> {
-    let coarse = (0..total).map(|k| noise(k, Precision::Snorm4)).sum::<f64>();
-    let mut energies = vec![coarse];
-    energies.extend((0..total).scan(coarse, |energy, k| {
-        *energy += noise(k, Precision::Snorm8) - noise(k, Precision::Snorm4);
-        Some(*energy)
-    }));
-    energies
 }
 
 #[cfg(test)]

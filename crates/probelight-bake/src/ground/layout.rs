@@ -8,9 +8,9 @@ use probelight_trace::{Progress, Tracer};
 
 use crate::BakeError;
 use crate::air::LitSides;
-use crate::atlas::{Atlas, unwrap_faces};
+use crate::ground::atlas::{Atlas, unwrap_faces};
+use crate::ground::receivers::count_chart_texels;
 use crate::options::Wishes;
-use crate::receivers::count_chart_texels;
 
 /// Layouts tried; texel counts follow the density closely enough that more are not needed.
 const TRIES: usize = 5;

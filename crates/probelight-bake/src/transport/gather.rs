@@ -6,7 +6,7 @@ use probelight_math::glam::Vec3;
 use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
 use probelight_trace::{Hit, Ray, Tracer};
 
-use crate::site::Place;
+use crate::ground::site::Place;
 
 /// A gather ray and where it ends.
 #[derive(Clone, Copy, Debug, PartialEq)]

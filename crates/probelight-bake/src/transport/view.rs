@@ -4,9 +4,9 @@ use std::f32::consts::PI;
 
 use probelight_asset::NONE;
 
-use crate::gather::{GatherRay, gather_rays};
-use crate::groundwork::Groundwork;
-use crate::surfels::SurfelTree;
+use crate::ground::Groundwork;
+use crate::light::surfels::SurfelTree;
+use crate::transport::gather::{GatherRay, gather_rays};
 
 /// Points of a texel of whose rays more than this share end on unlit sides lie inside a solid.
 const MAX_UNLIT_SHARE: f32 = 0.3;

@@ -6,8 +6,8 @@
 //! the metric of the decomposition, `M = S Sᵀ + D²`. Since S has few columns, the triangular factor of M is never
 //! formed: each step is one of a recursive least-squares estimate.
 
-use crate::light_ensemble::add_scaled;
-use crate::metric::SignalMetric;
+use crate::compression::metric::SignalMetric;
+use crate::light::ensemble::add_scaled;
 
 /// How many times the independent strengths D² count. The lightings are but a sample of the light that will be, and
 /// rounding errors that cancel under them show under other light, most of all where it is dim: with 4, atrium takes a

@@ -11,10 +11,10 @@ use rayon::prelude::*;
 
 use crate::BakeError;
 use crate::air::Outpost;
-use crate::atlas::Atlas;
-use crate::point_grid::PointGrid;
-use crate::receivers::barycentric_of;
-use crate::site::Site;
+use crate::air::point_tree::PointTree;
+use crate::ground::atlas::Atlas;
+use crate::ground::receivers::barycentric_of;
+use crate::ground::site::Site;
 use crate::steps::for_each_in_parallel;
 
 /// Points are pulled this far towards the middle of their face, so that rays never start exactly on an edge
@@ -79,7 +79,7 @@ impl TexelPoints {
         &self,
         tracer: &Tracer,
         sites: &[Site],
-        probes: &PointGrid,
+        probes: &PointTree,
         texel_size: f32,
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {

@@ -7,7 +7,7 @@ use rstar::primitives::GeomWithData;
 /// Points in order of insertion, in an R-tree: a query takes the time of a few points, however far apart
 /// they all lie.
 #[derive(Default)]
-pub(crate) struct PointGrid {
+pub(crate) struct PointTree {
     /// Positions in order of insertion.
     pub(crate) positions: Vec<Vec3>,
     tree: RTree<NumberedPoint>,
@@ -16,7 +16,7 @@ pub(crate) struct PointGrid {
 /// A position and its number.
 type NumberedPoint = GeomWithData<[f32; 3], u32>;
 
-impl PointGrid {
+impl PointTree {
     /// A set of given positions.
     pub(crate) fn of(positions: &[Vec3]) -> Self {
         let numbered =
@@ -78,8 +78,8 @@ mod tests {
         let mut rng = Rng::new(3, 4);
         let mut point = || 10.0 * Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
         let positions: Vec<Vec3> = (0..300).map(|_| point()).collect();
-        let at_once = PointGrid::of(&positions);
-        let mut one_by_one = PointGrid::default();
+        let at_once = PointTree::of(&positions);
+        let mut one_by_one = PointTree::default();
         positions.iter().for_each(|position| one_by_one.insert(*position));
         for _ in 0..50 {
             let centre = point() * 1.5;
@@ -95,14 +95,14 @@ mod tests {
     fn points_on_a_lattice_and_in_one_place_are_told_apart_by_number() {
         let lattice = |i: u32| Vec3::new((i % 8) as f32, (i / 8 % 8) as f32, (i / 64) as f32);
         let positions: Vec<Vec3> = (0..512).map(lattice).chain([Vec3::splat(3.5); 100]).collect();
-        let set = PointGrid::of(&positions);
+        let set = PointTree::of(&positions);
         assert_eq!(set.nearest(Vec3::splat(3.5), 108), sorted(&positions, Vec3::splat(3.5))[..108]);
     }
 
     #[test]
     fn what_lies_within_a_radius_is_found_at_any_scale() {
         for scale in [1e-6, 1.0, 1e6] {
-            let set = PointGrid::of(&[Vec3::X * scale, Vec3::Y * 1e3 * scale]);
+            let set = PointTree::of(&[Vec3::X * scale, Vec3::Y * 1e3 * scale]);
             let any = |radius: f32| set.any_within(Vec3::ZERO, radius * scale, |_| true);
             assert!(any(1.1) && !any(0.9));
             assert!(!set.any_within(Vec3::ZERO, 2e3 * scale, |p| p == Vec3::ZERO));

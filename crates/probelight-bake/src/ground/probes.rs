@@ -9,10 +9,10 @@ use probelight_trace::{Progress, Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::BakeError;
+use crate::air::point_tree::PointTree;
 use crate::air::{Air, LitSides};
+use crate::ground::receivers::Receiver;
 use crate::options::Wishes;
-use crate::point_grid::PointGrid;
-use crate::receivers::Receiver;
 use crate::steps::for_each_in_parallel;
 
 /// Spacing as a share of the local free distance.
@@ -38,7 +38,7 @@ pub(crate) fn place_probes(
     let mut candidates = air.places_for_probes(lit_sides);
     progress.begin("placing probes", candidates.len() as u64);
     candidates.sort_by(|a, b| b.free_distance.total_cmp(&a.free_distance));
-    let mut probes = PointGrid::default();
+    let mut probes = PointTree::default();
     for candidate in candidates {
         if progress.is_cancelled() {
             return Err(BakeError::Cancelled);
@@ -61,7 +61,7 @@ fn cover_receivers(
     tracer: &Tracer,
     spacing: f32,
     receivers: &[Receiver],
-    probes: &mut PointGrid,
+    probes: &mut PointTree,
     progress: &dyn Progress,
 ) -> Result<(), BakeError> {
     let sees = |receiver: &Receiver| sees_a_probe(tracer, receiver, probes);
@@ -83,7 +83,7 @@ fn cover_receivers(
     Ok(())
 }
 
-fn sees_a_probe(tracer: &Tracer, receiver: &Receiver, probes: &PointGrid) -> bool {
+fn sees_a_probe(tracer: &Tracer, receiver: &Receiver, probes: &PointTree) -> bool {
     let origin = receiver.ray_origin(tracer);
     probes
         .nearest(origin, PROBES_TRIED_PER_RECEIVER)

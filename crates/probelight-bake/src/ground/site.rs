@@ -1,13 +1,13 @@
 //! Sites: places that gather light, whatever their light is stored for.
 //!
 //! Gathering, the choice of signals, transport and compression know sites only. That a site is a lightmap texel
-//! matters to the steps before ([`crate::receivers`]) and to the file.
+//! matters to the steps before ([`crate::ground::receivers`]) and to the file.
 
 use probelight_math::glam::Vec3;
 use probelight_scene::Bounds;
 use probelight_trace::Tracer;
 
-use crate::texel_points::SamplePoint;
+use crate::ground::texel_points::SamplePoint;
 
 /// A place that gathers light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,7 +31,7 @@ pub(crate) struct Outlook {
     pub(crate) probe: u32,
     /// Its position, metres.
     pub(crate) position: Vec3,
-    /// Its air space (see [`crate::air_spaces`]).
+    /// Its air space (see [`crate::ground::outlooks`]).
     pub(crate) air_space: u32,
 }
 

@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 use probelight_math::glam::Vec3;
 use probelight_trace::{Ray, Tracer};
 
-use crate::gather::GatherHit;
-use crate::groundwork::Groundwork;
+use crate::ground::Groundwork;
+use crate::ground::site::Site;
 use crate::partition::centroid;
-use crate::site::Site;
+use crate::transport::gather::GatherHit;
 
 /// Receivers of a group from which candidates are looked for, probes tried from each, nearest first, and
 /// how many that it sees become candidates.

@@ -9,9 +9,9 @@ use probelight_trace::{Hit, Progress, Tracer};
 use rayon::prelude::*;
 
 use crate::BakeError;
-use crate::point_grid::PointGrid;
-use crate::receivers::Receiver;
-use crate::site::Outlook;
+use crate::air::point_tree::PointTree;
+use crate::ground::receivers::Receiver;
+use crate::ground::site::Outlook;
 use crate::steps::for_each_in_parallel;
 
 /// Neighbours tested per probe, and ends of relight rays tested per pair that does not see each other.
@@ -24,7 +24,7 @@ const PROBES_TRIED: usize = 64;
 /// Finds each receiver's outlook: the nearest probe it sees, and that probe's air space.
 pub(crate) fn find_outlooks(
     tracer: &Tracer,
-    probes: &PointGrid,
+    probes: &PointTree,
     directions: &[Vec3],
     relight_hits: &[Option<Hit>],
     receivers: &[Receiver],
@@ -46,7 +46,7 @@ pub(crate) fn find_outlooks(
 /// The air space of each probe.
 fn connect_probes(
     tracer: &Tracer,
-    probes: &PointGrid,
+    probes: &PointTree,
     directions: &[Vec3],
     relight_hits: &[Option<Hit>],
     progress: &dyn Progress,

@@ -14,7 +14,7 @@ use probelight_math::glam::Vec3;
 use probelight_math::sh::Basis;
 use rayon::prelude::*;
 
-use crate::light_ensemble::add_scaled;
+use crate::light::ensemble::add_scaled;
 
 /// Where less of the blur lies on surfaces, hardly anything is known of them; twice as much are the ripples of
 /// truncated bands.

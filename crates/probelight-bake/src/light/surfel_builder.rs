@@ -1,0 +1,231 @@
+//! Halves receivers into surfels and gives each its light samples.
+
+use std::collections::BTreeMap;
+
+use probelight_asset::{LightSample, Surfel, SurfelGroup};
+use probelight_math::color::srgb8_from_linear;
+use probelight_math::glam::{Vec2, Vec3};
+use probelight_scene::Bounds;
+use probelight_trace::{Hit, Tracer};
+
+use crate::ground::Groundwork;
+use crate::ground::atlas::Atlas;
+use crate::ground::receivers::Receiver;
+use crate::ground::site::Site;
+use crate::ground::texel_points::{SamplePoint, keep_exposed};
+use crate::light::surfels::SurfelTree;
+use crate::partition::KdRule;
+
+/// A surfel's width that a unit difference of normals counts as: faces at right angles part.
+const WIDTHS_PER_NORMAL: f32 = 1.5;
+
+/// A surfel or group while the number of surfels is not known yet.
+#[derive(Clone, Copy)]
+pub(crate) enum Patch {
+    Surfel(u32),
+    Group(u32),
+}
+
+impl Patch {
+    const GROUP_BIT: u32 = 1 << 31;
+
+    fn encode(self) -> u32 {
+        match self {
+            Self::Surfel(s) => s,
+            Self::Group(g) => g | Self::GROUP_BIT,
+        }
+    }
+
+    pub(crate) fn decode(code: u32) -> Self {
+        if code & Self::GROUP_BIT == 0 { Self::Surfel(code) } else { Self::Group(code & !Self::GROUP_BIT) }
+    }
+
+    pub(crate) fn number(self, surfels: u32) -> u32 {
+        match self {
+            Self::Surfel(s) => s,
+            Self::Group(g) => surfels + g,
+        }
+    }
+}
+
+/// A point of a receiver's texel.
+#[derive(Clone, Copy)]
+struct TexelPoint {
+    receiver: u32,
+    point: SamplePoint,
+}
+
+/// Parts a group by the side its receivers face: floors from ceilings, and from walls.
+pub(crate) fn by_side(sites: &[Site], group: Vec<u32>) -> Vec<Vec<u32>> {
+    let mut sides: BTreeMap<[i32; 3], Vec<u32>> = BTreeMap::new();
+    for r in group {
+        let side = sites[r as usize].normal.to_array().map(|n| n.round() as i32);
+        sides.entry(side).or_default().push(r);
+    }
+    sides.into_values().collect()
+}
+
+/// Halves receivers into patches.
+pub(crate) struct Builder<'a> {
+    ground: &'a Groundwork,
+    /// Tells how large a patch is.
+    shape: KdRule,
+    /// Tells how a larger one is halved: what sees other things is apart sooner.
+    rule: KdRule,
+    size: f32,
+}
+
+impl<'a> Builder<'a> {
+    /// For surfels of the settings' size.
+    pub(crate) fn new(ground: &'a Groundwork) -> Self {
+        let size = ground.settings.surfel_size;
+        let rule = |by_outlook| KdRule { meters_per_normal: WIDTHS_PER_NORMAL * size, by_outlook };
+        Self { ground, shape: rule(false), rule: rule(true), size }
+    }
+
+    fn receiver(&self, number: u32) -> &Receiver {
+        &self.ground.receivers.receivers[number as usize]
+    }
+
+    /// Adds the patch of a group of receivers, smaller patches first.
+    pub(crate) fn add_patch(
+        &self,
+        group: Vec<u32>,
+        tree: &mut SurfelTree,
+        group_sizes: &mut Vec<u32>,
+    ) -> Patch {
+        let size = self.area(&group);
+        let (first, second) = if self.shape.extent(&self.ground.sites, &group) > self.size {
+            self.rule.split(&self.ground.sites, group)
+        } else {
+            match self.split_by_chart(group) {
+                Ok(halves) => halves,
+                Err(group) => return self.add_surfel(&group, tree),
+            }
+        };
+        let first_weight = self.area(&first) as f32 / size as f32;
+        let children = [first, second].map(|half| self.add_patch(half, tree, group_sizes).encode());
+        tree.groups.push(SurfelGroup { children, first_weight });
+        group_sizes.push(size);
+        Patch::Group(tree.groups.len() as u32 - 1)
+    }
+
+    /// Parts the first chart of a group from the others; gives the group back if it has only one.
+    fn split_by_chart(&self, group: Vec<u32>) -> Result<(Vec<u32>, Vec<u32>), Vec<u32>> {
+        let chart = |r: &u32| self.receiver(*r).chart;
+        let first = chart(&group[0]);
+        if group.iter().all(|r| chart(r) == first) {
+            return Err(group);
+        }
+        Ok(group.into_iter().partition(|r| chart(r) == first))
+    }
+
+    fn add_surfel(&self, group: &[u32], tree: &mut SurfelTree) -> Patch {
+        let surfel = tree.surfels.len() as u32;
+        let first_sample = tree.light_samples.len() as u32;
+        let points: Vec<TexelPoint> = group
+            .iter()
+            .flat_map(|r| {
+                self.ground.points.of(*r).iter().map(|point| TexelPoint { receiver: *r, point: *point })
+            })
+            .collect();
+        self.add_samples(
+            keep_exposed(points, |p| p.point.exposure),
+            self.ground.settings.samples_per_surfel as usize,
+            tree,
+        );
+        let sample_count = tree.light_samples.len() as u32 - first_sample;
+        tree.surfels.push(Surfel { first_sample, sample_count });
+        tree.sizes.push(self.area(group));
+        for receiver in group {
+            tree.surfel_of_texel[self.receiver(*receiver).texel as usize] = surfel;
+        }
+        Patch::Surfel(surfel)
+    }
+
+    /// Exposed area of a group of receivers: their points are equally dense everywhere.
+    fn area(&self, group: &[u32]) -> u32 {
+        group.iter().flat_map(|r| self.ground.points.of(*r)).map(|point| u32::from(point.exposure)).sum()
+    }
+
+    /// Divides a surfel's points into parts of equal exposed area, as many as it may have samples, and adds one
+    /// for each: the mean of the samples is what the surfel shows to others.
+    fn add_samples(&self, mut points: Vec<TexelPoint>, most: usize, tree: &mut SurfelTree) {
+        if most <= 1 || points.len() == 1 {
+            tree.light_samples.push(self.light_sample(&points));
+            return;
+        }
+        let size = Bounds::of(points.iter().map(|p| p.point.position)).size();
+        let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
+        let at = |p: &TexelPoint| p.point.position[axis];
+        points.sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.receiver.cmp(&b.receiver)));
+        let upper = points.split_off(points_within(&points, (most / 2) as f32 / most as f32));
+        if points.is_empty() {
+            return self.add_samples(upper, most - most / 2, tree);
+        }
+        self.add_samples(points, most / 2, tree);
+        self.add_samples(upper, most - most / 2, tree);
+    }
+
+    /// The sample of a part: at its middle point, with the mean of the textures.
+    fn light_sample(&self, part: &[TexelPoint]) -> LightSample {
+        let count = part.len() as f32;
+        let middle = part.iter().map(|p| p.point.position).sum::<Vec3>() / count;
+        let distance = |p: &&TexelPoint| p.point.position.distance_squared(middle);
+        let nearest = part.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let TexelPoint { receiver, point } = nearest.copied().unwrap_or(part[0]);
+        let (receiver, scene) = (self.receiver(receiver), self.ground.tracer.scene());
+        let mean = |texel: &dyn Fn(usize, Vec2) -> Vec3| {
+            part.iter().map(|p| texel(p.point.triangle as usize, p.point.barycentric)).sum::<Vec3>() / count
+        };
+        sample_with_texels(
+            point.position,
+            point.triangle,
+            receiver.texel,
+            receiver.is_back_face,
+            mean(&|triangle, at| scene.base_color_texel(triangle, at).truncate()),
+            mean(&|triangle, at| scene.emission_texel(triangle, at)),
+        )
+    }
+}
+
+/// How many of the first points have at most that share of the exposure of all.
+fn points_within(points: &[TexelPoint], share: f32) -> usize {
+    let exposure = |p: &TexelPoint| u32::from(p.point.exposure);
+    let wanted = share * points.iter().map(exposure).sum::<u32>() as f32;
+    let mut sum = 0;
+    let is_within = |p: &&TexelPoint| {
+        sum += exposure(p);
+        sum as f32 <= wanted
+    };
+    points.iter().take_while(is_within).count()
+}
+
+/// The light sample where a ray hits.
+pub(crate) fn light_sample_at(tracer: &Tracer, atlas: &Atlas, hit: &Hit, position: Vec3) -> LightSample {
+    let scene = tracer.scene();
+    let triangle = hit.triangle as usize;
+    let base_color = scene.base_color_texel(triangle, hit.barycentric).truncate();
+    let emission = scene.emission_texel(triangle, hit.barycentric);
+    let texel = atlas.texel_of_hit(hit);
+    sample_with_texels(position, hit.triangle, texel, hit.is_back_face, base_color, emission)
+}
+
+fn sample_with_texels(
+    position: Vec3,
+    triangle: u32,
+    texel: u32,
+    is_back_face: bool,
+    base_color: Vec3,
+    emission: Vec3,
+) -> LightSample {
+    let [r, g, b] = srgb8_from_linear(base_color);
+    let [er, eg, eb] = srgb8_from_linear(emission);
+    LightSample {
+        position,
+        triangle,
+        texel,
+        base_color_and_side: [r, g, b, u8::from(is_back_face)],
+        emission_texel: [er, eg, eb, 0],
+    }
+}
