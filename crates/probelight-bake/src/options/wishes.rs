@@ -231,10 +231,10 @@ impl BakeOptions {
         let budget =
             |option: Option<u32>, budget: u64| (plan.fills_ray_budgets && option.is_none()).then_some(budget);
         let gather_rays = plan.gather_rays_factor * preset.gather_rays;
-        let (probes, receivers) = (plan.probes_per_cluster, plan.receivers_per_cluster);
+        let (probes, per_cluster) = (plan.probes_per_cluster, plan.receivers_per_cluster);
         let probes_per_cluster = within("the probes per cluster", self.probes_per_cluster, probes, 1..=40)?;
         let receivers_per_cluster =
-            within("the receivers per cluster", self.receivers_per_cluster, receivers, 16..=4096)?;
+            within("the receivers per cluster", self.receivers_per_cluster, per_cluster, 16..=4096)?;
         let surfel_size = positive("the surfel size", self.surfel_size)?;
         let byte_price = positive("the price of a byte", self.byte_price)?;
         let default_price = BytePrice::FromReceivers(preset.byte_price, preset.full_price_receivers);
