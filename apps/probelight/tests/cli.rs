@@ -1,6 +1,7 @@
 //! The program as a user meets it: exit codes, messages, files.
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -405,10 +406,16 @@ fn an_interrupted_bake_ends_with_130_and_leaves_no_half_file() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(500));
+    // It reads signals from before its first step on.
+    let mut said = BufReader::new(child.stderr.take().unwrap());
+    let mut first = String::new();
+    said.read_line(&mut first).unwrap();
+    assert!(!first.is_empty());
+    let rest = std::thread::spawn(move || std::io::copy(&mut said, &mut std::io::sink()));
     let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(signal.success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
+    rest.join().unwrap().unwrap();
     assert!(!place.path("a.plight").exists());
     let left = place.names();
     assert!(left.iter().all(|name| !name.starts_with(".probelight")), "{left:?}");

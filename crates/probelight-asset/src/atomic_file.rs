@@ -27,7 +27,9 @@ pub fn write_atomically(
     drop(writer);
     temporary.as_file().sync_all()?;
     temporary.persist(path).map_err(|refused| refused.error)?;
-    sync_folder(folder)
+    // The file is in its place, whatever comes of this.
+    sync_folder(folder);
+    Ok(())
 }
 
 /// Temporary files are private to their user unless told otherwise; the finished file should have the
@@ -40,15 +42,11 @@ fn builder() -> tempfile::Builder<'static, 'static> {
     builder
 }
 
-/// Makes the rename itself survive a power cut.
-#[cfg(unix)]
-fn sync_folder(folder: &Path) -> io::Result<()> {
-    File::open(folder)?.sync_all()
-}
-
-#[cfg(not(unix))]
-fn sync_folder(_folder: &Path) -> io::Result<()> {
-    Ok(())
+/// Makes the rename itself survive a power cut, where folders can be opened and flushed.
+fn sync_folder(folder: &Path) {
+    if cfg!(unix) {
+        let _ = File::open(folder).and_then(|folder| folder.sync_all());
+    }
 }
 
 #[cfg(test)]

@@ -56,6 +56,7 @@ pub use border_blends::BorderBlend;
 pub use cluster::Cluster;
 pub use error::{AssetError, DecodeError, InvalidParts};
 pub use info::{BakedInfo, SectionInfo};
+pub use layout::FORMAT_VERSION;
 pub use light::{Emitter, LightSample, Probe, Surfel, SurfelGroup};
 pub use lightmap_layout::{LightmapFace, LightmapLayout};
 pub use packed::GAIN_STEPS;

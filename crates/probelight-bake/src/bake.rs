@@ -5,14 +5,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use probelight_asset::BakedScene;
+use probelight_asset::{BakedScene, FORMAT_VERSION};
 use probelight_scene::Scene;
 use probelight_trace::Progress;
 use rayon::prelude::*;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use crate::assemble::assemble;
-use crate::checkpoint::{Checkpoint, FinishedGroup};
+use crate::checkpoint::{Checkpoint, FinishedGroup, refuse_foreign_file};
 use crate::ground::{Groundwork, prepare};
 use crate::group_worker::GroupWorker;
 use crate::light::SceneLight;
@@ -32,6 +32,7 @@ pub fn bake(
     checkpoint: Option<&Path>,
     progress: &dyn Progress,
 ) -> Result<BakedScene, BakeError> {
+    checkpoint.map_or(Ok(()), refuse_foreign_file)?;
     let ground = prepare(scene, options, progress)?;
     let light = SceneLight::prepare(&ground, progress)?;
     let largest = ground.settings.receivers_per_cluster as usize;
@@ -40,10 +41,14 @@ pub fn bake(
     Ok(BakedScene::new(assemble(ground, light, &finished))?)
 }
 
+/// Counts changes of the bake after which finished groups of before must not be used.
+const REVISION: u32 = 1;
+
 /// Tells bakes apart whose finished groups must not be mixed.
 fn fingerprint(ground: &Groundwork) -> u64 {
     let Groundwork { scene_hash, settings, error, sites, probes, .. } = ground;
-    let text = format!("{} {settings:?} {error:?} {}", env!("CARGO_PKG_VERSION"), sites.len());
+    let revision = (env!("CARGO_PKG_VERSION"), FORMAT_VERSION, REVISION);
+    let text = format!("{revision:?} {settings:?} {error:?} {}", sites.len());
     let settings = xxh3_64_with_seed(text.as_bytes(), *scene_hash);
     xxh3_64_with_seed(bytemuck::cast_slice(&probes.positions), settings)
 }

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -38,7 +38,7 @@ pub(crate) struct Checkpoint {
 
 impl Checkpoint {
     /// Opens the checkpoint of a bake with this fingerprint and returns what it already holds. A checkpoint
-    /// of another bake is overwritten.
+    /// of another bake is overwritten, a file that is no checkpoint is refused.
     pub(crate) fn open(
         path: &Path,
         fingerprint: u64,
@@ -56,6 +56,9 @@ impl Checkpoint {
             .map_err(failed("read"))?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed("read"))?;
+        if !is_checkpoint(&bytes) {
+            return Err(BakeError::NotACheckpoint { path: path.into() });
+        }
         let (finished, useful) = read_records(&bytes, fingerprint);
         file.set_len(useful).map_err(failed("write"))?;
         file.seek(SeekFrom::Start(useful)).map_err(failed("write"))?;
@@ -84,6 +87,42 @@ impl Checkpoint {
         drop(self.file);
         let _ = std::fs::remove_file(&self.path);
     }
+}
+
+/// Refuses a path at which there is something else than a checkpoint.
+///
+/// # Errors
+/// [`BakeError::NotACheckpoint`], or [`BakeError::Checkpoint`] if it cannot be read.
+pub(crate) fn refuse_foreign_file(path: &Path) -> Result<(), BakeError> {
+    let failed = |source| BakeError::Checkpoint { action: "read", path: path.into(), source };
+    let mut start = Vec::new();
+    match File::open(path) {
+        Ok(file) => file.take(MAGIC.len() as u64).read_to_end(&mut start).map_err(failed)?,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(failed(error)),
+    };
+    if is_checkpoint(&start) { Ok(()) } else { Err(BakeError::NotACheckpoint { path: path.into() }) }
+}
+
+/// Removes what an interrupted bake has left at a path, if anything.
+///
+/// # Errors
+/// [`BakeError::NotACheckpoint`] if there is a file of another kind, which stays; [`BakeError::Checkpoint`] if it
+/// cannot be read or removed.
+pub fn discard_checkpoint(path: &Path) -> Result<(), BakeError> {
+    refuse_foreign_file(path)?;
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(BakeError::Checkpoint { action: "remove", path: path.into(), source: error })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether a file starts as a checkpoint does, as far as it goes: it may have been cut short.
+fn is_checkpoint(bytes: &[u8]) -> bool {
+    let length = bytes.len().min(MAGIC.len());
+    bytes[..length] == MAGIC[..length]
 }
 
 /// The intact records of a file with this fingerprint, and how many bytes they and the header take.
@@ -170,8 +209,10 @@ mod tests {
             let mut damaged = intact.clone();
             damaged[flipped] ^= 0x10;
             std::fs::write(&path, &damaged).unwrap();
-            let (_, finished) = Checkpoint::open(&path, 42).unwrap();
-            assert!(finished.len() < 2, "byte {flipped}");
+            match Checkpoint::open(&path, 42) {
+                Ok((_, finished)) => assert!(flipped >= MAGIC.len() && finished.len() < 2, "byte {flipped}"),
+                Err(_) => assert!(flipped < MAGIC.len(), "byte {flipped}"),
+            }
         }
     }
 
@@ -181,5 +222,22 @@ mod tests {
         let path = folder.path().join("bake.partial");
         Checkpoint::open(&path, 1).unwrap().0.append(0, &group(1)).unwrap();
         assert!(Checkpoint::open(&path, 2).unwrap().1.is_empty());
+    }
+
+    #[test]
+    fn other_files_are_refused_and_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bake.partial");
+        std::fs::write(&path, "a letter to a friend").unwrap();
+        let is_refused = |error| matches!(error, BakeError::NotACheckpoint { .. });
+        assert!(Checkpoint::open(&path, 1).is_err_and(is_refused));
+        assert!(refuse_foreign_file(&path).is_err_and(is_refused));
+        assert!(discard_checkpoint(&path).is_err_and(is_refused));
+        assert_eq!(std::fs::read(&path).unwrap(), b"a letter to a friend");
+        // Negative control: a checkpoint goes, be it empty.
+        std::fs::write(&path, "").unwrap();
+        discard_checkpoint(&path).unwrap();
+        assert!(!path.exists());
+        discard_checkpoint(&path).unwrap();
     }
 }

@@ -36,11 +36,19 @@ pub enum BakeError {
     /// The file that remembers an unfinished bake could not be used.
     #[error("cannot {action} the unfinished bake {path}: {source}")]
     Checkpoint {
-        /// "read" or "write".
+        /// "read", "write" or "remove".
         action: &'static str,
         /// The file.
         path: PathBuf,
         /// What the operating system said.
         source: std::io::Error,
+    },
+    /// Where an unfinished bake would be kept there is a file of another kind.
+    #[error(
+        "{path} is in the way: an unfinished bake is kept there, but it is a file of another kind (move it, or write the bake somewhere else)"
+    )]
+    NotACheckpoint {
+        /// The file.
+        path: PathBuf,
     },
 }

@@ -40,5 +40,6 @@ mod surface_samples;
 mod transport;
 
 pub use bake::bake;
+pub use checkpoint::discard_checkpoint;
 pub use error::BakeError;
 pub use options::{BakeOptions, DEFAULT_MAX_RECEIVERS, Preset, Quality, RELIGHT_RAY_BUDGET};

@@ -90,7 +90,7 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     let settings = flags.resolve()?;
     let scene = input::load_scene(&settings.scene, console)?;
     if !settings.resume {
-        forget(&settings.checkpoint)?;
+        probelight_bake::discard_checkpoint(&settings.checkpoint)?;
     } else if !settings.checkpoint.exists() {
         console.note("there is no interrupted bake to resume; starting from the beginning");
     }
@@ -108,16 +108,6 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     console.note(format!("wrote {} in {seconds:.1} s", settings.output.display()));
     console.note(info::describe(&info, &matrices)?.trim_end());
     Ok(())
-}
-
-/// Removes what an earlier, interrupted bake has left.
-fn forget(checkpoint: &Path) -> anyhow::Result<()> {
-    match std::fs::remove_file(checkpoint) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(error).with_context(|| format!("cannot remove {}", checkpoint.display()))
-        }
-        _ => Ok(()),
-    }
 }
 
 fn note_checkpoint(settings: &Settings, console: &Console) {

@@ -11,6 +11,7 @@
 //! - points of texels are open ones only ([`crate::ground::receivers`]);
 //! - probes are put where most of what is seen is lit ([`crate::ground::probes`]).
 
+pub(crate) mod limits;
 pub(crate) mod point_tree;
 mod sides;
 mod voxels;
@@ -23,41 +24,15 @@ use probelight_trace::{Hit, Progress, Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::BakeError;
+use crate::air::limits::{
+    FEWEST_LIT_WALKS, FIRST_WALKS, MAX_BACK_SHARE, MAX_SOLID_SHARE, MAX_UNLIT_SHARE, PLACE_RAYS,
+    PLACES_TRIED, SMALLEST_COSINE, STEPS_PER_WALK, WALKS,
+};
 use crate::air::point_tree::PointTree;
 use crate::air::voxels::VoxelGrid;
 use crate::steps::for_each_in_parallel;
 
 pub(crate) use sides::LitSides;
-
-/// Rays around a place.
-const PLACE_RAYS: usize = 128;
-
-/// Share of a place's rays that may meet back faces of single-sided materials before an enclosed place counts as the
-/// inside of a solid.
-const MAX_BACK_SHARE: f32 = 0.25;
-
-/// Share of a place's rays that may meet unlit sides before it is no place to measure light.
-const MAX_UNLIT_SHARE: f32 = 0.2;
-
-/// Places in open air tried for sight of a point, nearest first.
-const PLACES_TRIED: usize = 12;
-
-/// Smallest cosine between a point's normal and a place that counts as seen: what comes in flatter is a share of
-/// 0.0025, its square, of all light at most.
-const SMALLEST_COSINE: f32 = 0.05;
-
-/// Walks on which light is looked for from a point out of sight of open air, and surfaces that each visits. A point
-/// that hardly any of them leads to light gets a few percent of what there is at most.
-const WALKS: u32 = 16;
-const STEPS_PER_WALK: u32 = 3;
-const FEWEST_LIT_WALKS: u32 = 2;
-
-/// If that many walks all end at once, inside a solid, the others would too.
-const FIRST_WALKS: u32 = 4;
-
-/// Share of the places within the scene's bounds that may be inside solids before it is likely that the scene is a
-/// room turned inside out.
-const MAX_SOLID_SHARE: f32 = 0.5;
 
 /// An empty place near surfaces, and what it sees.
 #[derive(Clone, Copy, Debug)]
@@ -181,12 +156,11 @@ impl<'a> Air<'a> {
 
     /// Whether a point of a surface is in sight of open air.
     pub(crate) fn sees(&self, point: &Outpost) -> bool {
-        let near = self.open.nearest(point.origin, PLACES_TRIED);
-        near.into_iter().map(|place| self.open.positions[place as usize]).any(|place| {
+        let faces = |place: Vec3| {
             let offset = place - point.origin;
             offset.dot(point.normal) >= SMALLEST_COSINE * offset.length()
-                && self.tracer.is_visible(point.origin, place)
-        })
+        };
+        self.open.nearest_visible(self.tracer, point.origin, PLACES_TRIED, faces).is_some()
     }
 
     /// Whether a walk over surfaces leads from a point to the sky, to an emissive face or into sight of open air.

@@ -1,6 +1,7 @@
 //! Finding the points near a place.
 
 use probelight_math::glam::Vec3;
+use probelight_trace::Tracer;
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
@@ -51,6 +52,20 @@ impl PointTree {
                 equally_near.sort_unstable_by(|a, b| b.cmp(a));
             }
             equally_near.pop()
+        })
+    }
+
+    /// The nearest wanted point that is visible from a place; looked for among the `tried` nearest points.
+    pub(crate) fn nearest_visible(
+        &self,
+        tracer: &Tracer,
+        from: Vec3,
+        tried: usize,
+        is_wanted: impl Fn(Vec3) -> bool,
+    ) -> Option<u32> {
+        self.by_distance(from).take(tried).find(|point| {
+            let position = self.positions[*point as usize];
+            is_wanted(position) && tracer.is_visible(from, position)
         })
     }
 

@@ -15,24 +15,12 @@ use probelight_math::sampling::{
 use probelight_trace::{Hit, Progress, Ray, Tracer};
 use rayon::prelude::*;
 
-use super::{Air, FIRST_WALKS, Outpost, WALKS, is_inside_of_solid};
+use super::{Air, Outpost, is_inside_of_solid};
 use crate::BakeError;
+use crate::air::limits::{
+    FIRST_POINTS, FIRST_WALKS, GENERATIONS, INSETS, MOST_POINTS, POINTS_PER_EDGE, WALKS,
+};
 use crate::steps::for_each_in_parallel;
-
-/// Points inside a side that are tried first.
-const FIRST_POINTS: u32 = 4;
-
-/// Further points inside it: one for each square of a quarter voxel, up to that many.
-const MOST_POINTS: f32 = 64.0;
-
-/// Points along each edge: one for each eighth of a voxel, within limits.
-const POINTS_PER_EDGE: [f32; 2] = [3.0, 24.0];
-
-/// How far points in corners and along edges lie inside, as shares of the side's height.
-const INSETS: [f32; 2] = [0.05, 0.01];
-
-/// How many times back faces that are lit light further ones (round the corners of a house).
-const GENERATIONS: usize = 2;
 
 /// The lit sides of a scene.
 #[derive(Clone, Debug)]

@@ -9,6 +9,7 @@ use probelight_trace::{Hit, Progress, Tracer};
 use rayon::prelude::*;
 
 use crate::BakeError;
+use crate::air::limits::PROBES_TRIED_FOR_OUTLOOK;
 use crate::air::point_tree::PointTree;
 use crate::ground::receivers::Receiver;
 use crate::ground::site::Outlook;
@@ -17,9 +18,6 @@ use crate::steps::for_each_in_parallel;
 /// Neighbours tested per probe, and ends of relight rays tested per pair that does not see each other.
 const NEIGHBOURS: usize = 16;
 const SHARED_POINTS: usize = 32;
-
-/// Probes tried per receiver.
-const PROBES_TRIED: usize = 64;
 
 /// Finds each receiver's outlook: the nearest probe it sees, and that probe's air space.
 pub(crate) fn find_outlooks(
@@ -33,12 +31,9 @@ pub(crate) fn find_outlooks(
     let spaces = connect_probes(tracer, probes, directions, relight_hits, progress)?;
     let outlook = |receiver: &Receiver| {
         let origin = receiver.ray_origin(tracer);
-        probes
-            .nearest(origin, PROBES_TRIED)
-            .into_iter()
-            .map(|probe| (probe, probes.positions[probe as usize]))
-            .find(|(_, position)| tracer.is_visible(origin, *position))
-            .map(|(probe, position)| Outlook { probe, position, air_space: spaces[probe as usize] })
+        let probe = probes.nearest_visible(tracer, origin, PROBES_TRIED_FOR_OUTLOOK, |_| true)?;
+        let (position, air_space) = (probes.positions[probe as usize], spaces[probe as usize]);
+        Some(Outlook { probe, position, air_space })
     };
     for_each_in_parallel("looking out", receivers.par_iter(), progress, outlook)
 }

@@ -9,6 +9,7 @@ use probelight_trace::{Progress, Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::BakeError;
+use crate::air::limits::PROBES_TRIED_IN_PLACING;
 use crate::air::point_tree::PointTree;
 use crate::air::{Air, LitSides};
 use crate::ground::receivers::Receiver;
@@ -21,9 +22,6 @@ const SPACING_PER_FREE_DISTANCE: f32 = 0.6;
 /// Distance to the nearest surface as a share of the spacing. A probe close to a bright surface sees it fill
 /// half the sphere with a hard edge, which rings in the bands that a probe has.
 const CLEARANCE_PER_SPACING: f32 = 0.15;
-
-/// Nearest probes among which a receiver must see one.
-const PROBES_TRIED_PER_RECEIVER: usize = 12;
 
 /// Places probes for the scene and its receivers.
 pub(crate) fn place_probes(
@@ -85,9 +83,6 @@ fn cover_receivers(
 
 fn sees_a_probe(tracer: &Tracer, receiver: &Receiver, probes: &PointTree) -> bool {
     let origin = receiver.ray_origin(tracer);
-    probes
-        .nearest(origin, PROBES_TRIED_PER_RECEIVER)
-        .into_iter()
-        .map(|probe| probes.positions[probe as usize])
-        .any(|probe| (probe - origin).dot(receiver.normal) > 0.0 && tracer.is_visible(origin, probe))
+    let is_before = |probe: Vec3| (probe - origin).dot(receiver.normal) > 0.0;
+    probes.nearest_visible(tracer, origin, PROBES_TRIED_IN_PLACING, is_before).is_some()
 }

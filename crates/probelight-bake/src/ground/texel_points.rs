@@ -11,10 +11,11 @@ use rayon::prelude::*;
 
 use crate::BakeError;
 use crate::air::Outpost;
+use crate::air::limits::{EXPOSURE_RAYS, FULL_EXPOSURE, LEAST_EXPOSURE, PROBES_TRIED_PER_POINT};
 use crate::air::point_tree::PointTree;
 use crate::ground::atlas::Atlas;
 use crate::ground::receivers::barycentric_of;
-use crate::ground::site::Site;
+use crate::ground::site::{Lobe, Site};
 use crate::steps::for_each_in_parallel;
 
 /// Points are pulled this far towards the middle of their face, so that rays never start exactly on an edge
@@ -42,6 +43,11 @@ impl SamplePoint {
         Outpost { origin: self.ray_origin(tracer), normal: self.normal }
     }
 
+    /// How light that meets the point is weighed.
+    pub(crate) fn lobe(&self) -> Lobe {
+        Lobe::cosine(self.normal)
+    }
+
     /// Where rays from the point start: moved off the surface.
     pub(crate) fn ray_origin(&self, tracer: &Tracer) -> Vec3 {
         self.position + self.normal * tracer.offset()
@@ -55,18 +61,6 @@ pub(crate) struct TexelPoints {
     /// First point of each receiver, and the end of the last one's.
     first_points: Vec<u32>,
 }
-
-/// Probes tried for each point.
-const PROBES_TRIED: usize = 8;
-
-/// Exposure of a point with nothing before it, percent.
-const FULL_EXPOSURE: u8 = 100;
-
-/// Rays that measure a point's exposure.
-const EXPOSURE_RAYS: u32 = 8;
-
-/// Points less exposed than the best beside them by this factor do not count.
-const LEAST_EXPOSURE: u32 = 4;
 
 /// Points on each texel.
 pub(crate) const POINTS_PER_TEXEL: u32 = 8;
@@ -85,7 +79,7 @@ impl TexelPoints {
     ) -> Result<Self, BakeError> {
         let keep = |r: u32| {
             let site = &sites[r as usize];
-            let near = probes.nearest(site.position, PROBES_TRIED);
+            let near = probes.nearest(site.position, PROBES_TRIED_PER_POINT);
             let outlook = site.outlook.map(|outlook| outlook.probe);
             let sees_a_probe = |point: &&SamplePoint| {
                 let mut probes = outlook.iter().chain(&near).map(|p| probes.positions[*p as usize]);

@@ -3,8 +3,6 @@
 //! Points on the emitter seen from the site, combined with the gather rays that happen to hit it by the balance
 //! heuristic (Veach and Guibas 1995), which keeps nearby large emitters free of noise too.
 
-use std::f32::consts::PI;
-
 use probelight_asset::NONE;
 use probelight_math::color::luminance;
 use probelight_math::glam::{Vec2, Vec3};
@@ -12,7 +10,7 @@ use probelight_math::sampling::{hash_pair, sobol_owen, unit_from_bits};
 use probelight_scene::Bounds;
 use probelight_trace::Tracer;
 
-use crate::ground::site::Place;
+use crate::ground::site::{Lobe, Place};
 use crate::light::emitters::{EmitterPatch, Emitters};
 use crate::transport::gather::GatherRay;
 
@@ -73,9 +71,9 @@ impl Emitters {
             }
             let samples = sampling.0[patch as usize];
             let patch = &self.patches[patch as usize];
-            let cosines = (ray.cosine, -hit.normal.dot(ray.direction));
+            let values = (ray.lobe, -hit.normal.dot(ray.direction));
             let squared = hit.distance * hit.distance;
-            let weight = balanced_weight(samples, ray_count, patch.area(), cosines, squared);
+            let weight = balanced_weight(samples, ray_count, patch.area(), values, squared);
             sums[patch.signal as usize] +=
                 weight * self.texel_share(tracer, patch, hit.triangle, hit.barycentric);
         }
@@ -92,9 +90,9 @@ impl Emitters {
                 let offset = position - origin;
                 let squared = offset.length_squared().max(f32::MIN_POSITIVE);
                 let direction = offset / squared.sqrt();
-                let cosines = (point.normal.dot(direction), -normal.dot(direction));
-                if cosines.0 > 0.0 && cosines.1 > 0.0 && tracer.is_visible(origin, position) {
-                    let weight = balanced_weight(*samples, ray_count, patch.area(), cosines, squared);
+                let values = (point.lobe().value(direction), -normal.dot(direction));
+                if values.0 > 0.0 && values.1 > 0.0 && tracer.is_visible(origin, position) {
+                    let weight = balanced_weight(*samples, ray_count, patch.area(), values, squared);
                     sums[patch.signal as usize] +=
                         weight * self.texel_share(tracer, patch, triangle, barycentric);
                 }
@@ -113,12 +111,13 @@ impl Emitters {
     }
 }
 
-/// What one point adds to the form factor, whichever way it was found: the cosine at the receiver over the
-/// density (per solid angle) of `samples` points on the patch and `rays` gather rays together.
-fn balanced_weight(samples: f32, rays: f32, area: f32, cosines: (f32, f32), squared_distance: f32) -> f32 {
-    let (at_receiver, at_emitter) = cosines;
+/// What one point adds to the form factor, whichever way it was found: the value of the place's lobe over the density
+/// (per solid angle) of `samples` points on the patch and `rays` gather rays together. `values`: the lobe's, and the
+/// cosine at the emitter.
+fn balanced_weight(samples: f32, rays: f32, area: f32, values: (f32, f32), squared_distance: f32) -> f32 {
+    let (lobe, at_emitter) = values;
     let by_area = samples * squared_distance / (area * at_emitter).max(f32::MIN_POSITIVE);
-    at_receiver / (by_area + rays * at_receiver / PI)
+    lobe / (by_area + rays * lobe / Lobe::TOTAL)
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use probelight_math::glam::{Vec2, Vec3};
 use probelight_scene::Bounds;
 use probelight_trace::{Hit, Tracer};
 
+use crate::air::limits::HIDDEN_EXPOSURE;
 use crate::ground::Groundwork;
 use crate::ground::atlas::Atlas;
 use crate::ground::receivers::Receiver;
@@ -98,7 +99,7 @@ impl<'a> Builder<'a> {
         let (first, second) = if self.shape.extent(&self.ground.sites, &group) > self.size {
             self.rule.split(&self.ground.sites, group)
         } else {
-            match self.split_by_chart(group) {
+            match self.split_by_kind(group) {
                 Ok(halves) => halves,
                 Err(group) => return self.add_surfel(&group, tree),
             }
@@ -110,14 +111,21 @@ impl<'a> Builder<'a> {
         Patch::Group(tree.groups.len() as u32 - 1)
     }
 
-    /// Parts the first chart of a group from the others; gives the group back if it has only one.
-    fn split_by_chart(&self, group: Vec<u32>) -> Result<(Vec<u32>, Vec<u32>), Vec<u32>> {
-        let chart = |r: &u32| self.receiver(*r).chart;
-        let first = chart(&group[0]);
-        if group.iter().all(|r| chart(r) == first) {
+    /// Parts what is like the first receiver of a group from the rest; gives the group back if all are. A surfel is of
+    /// one chart, and either exposed or hidden: the gap behind a shelf must not shine like the wall beside it.
+    fn split_by_kind(&self, group: Vec<u32>) -> Result<(Vec<u32>, Vec<u32>), Vec<u32>> {
+        let kind = |r: &u32| (self.receiver(*r).chart, self.is_hidden(*r));
+        let first = kind(&group[0]);
+        if group.iter().all(|r| kind(r) == first) {
             return Err(group);
         }
-        Ok(group.into_iter().partition(|r| chart(r) == first))
+        Ok(group.into_iter().partition(|r| kind(r) == first))
+    }
+
+    fn is_hidden(&self, receiver: u32) -> bool {
+        let points = self.ground.points.of(receiver);
+        let exposure: u32 = points.iter().map(|point| u32::from(point.exposure)).sum();
+        exposure < HIDDEN_EXPOSURE * points.len() as u32
     }
 
     fn add_surfel(&self, group: &[u32], tree: &mut SurfelTree) -> Patch {

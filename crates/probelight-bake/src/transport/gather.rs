@@ -1,12 +1,10 @@
 //! Gather rays: what each site of a cluster sees.
 
-use std::f32::consts::PI;
-
 use probelight_math::glam::Vec3;
-use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
+use probelight_math::sampling::{hash_pair, sobol_owen};
 use probelight_trace::{Hit, Ray, Tracer};
 
-use crate::ground::site::Place;
+use crate::ground::site::{Lobe, Place};
 
 /// A gather ray and where it ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,9 +15,9 @@ pub(crate) struct GatherRay {
     pub(crate) origin: Vec3,
     /// Unit.
     pub(crate) direction: Vec3,
-    /// Cosine between the direction and the surface's normal at the start.
-    pub(crate) cosine: f32,
-    /// Share of the irradiance that it stands for, steradians; all of an estimate together have π.
+    /// Value of the place's lobe along the direction.
+    pub(crate) lobe: f32,
+    /// Part of the place's lobe that it stands for, steradians; all of an estimate together are [`Lobe::TOTAL`].
     pub(crate) weight: f32,
     /// The surface it meets, or the sky.
     pub(crate) hit: Option<Hit>,
@@ -52,7 +50,7 @@ impl GatherRay {
     }
 }
 
-/// `count` cosine-distributed rays of a place, in two halves. Each half starts from all of the place's points, those
+/// `count` rays of a place, as dense as its lobe, in two halves. Each half starts from all of the place's points, those
 /// of each point in a row, so that the halves differ by noise only.
 ///
 /// The samples are a scrambled (0,2)-sequence of the site's own: stratified within, independent
@@ -66,14 +64,13 @@ pub(crate) fn gather_rays(tracer: &Tracer, place: &Place<'_>, count: u32, seed: 
             let point_index = i * place.points.len() / rays_in_half;
             let point = &place.points[point_index];
             let origin = point.ray_origin(tracer);
-            let local = cosine_hemisphere_from_square(sobol_owen(number, sequence));
-            let direction = world_from_tangent(point.normal) * local;
+            let (direction, lobe) = point.lobe().draw(sobol_owen(number, sequence));
             GatherRay {
                 point: point_index as u32,
                 origin,
                 direction,
-                cosine: local.z.max(f32::MIN_POSITIVE),
-                weight: PI / rays_in_half as f32,
+                lobe,
+                weight: Lobe::TOTAL / rays_in_half as f32,
                 hit: tracer.closest_hit(&Ray::new(origin, direction)),
             }
         };

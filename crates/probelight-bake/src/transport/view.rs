@@ -1,22 +1,19 @@
 //! What a site sees: its gather rays, and the surfels that they meet.
 
-use std::f32::consts::PI;
-
 use probelight_asset::NONE;
 
+use crate::air::limits::MAX_UNLIT_SHARE_OF_POINT;
 use crate::ground::Groundwork;
+use crate::ground::site::Lobe;
 use crate::light::surfels::SurfelTree;
 use crate::transport::gather::{GatherRay, gather_rays};
-
-/// Points of a texel of whose rays more than this share end on unlit sides lie inside a solid.
-const MAX_UNLIT_SHARE: f32 = 0.3;
 
 /// What a site sees, twice: each half of the rays is an estimate of its own.
 pub(crate) struct View {
     pub(crate) halves: [SeenHalf; 2],
 }
 
-/// Rays of one half, whose weights sum to π, and the surfel at the end of each, or [`NONE`].
+/// Rays of one half, whose weights sum to [`Lobe::TOTAL`], and the surfel at the end of each, or [`NONE`].
 #[derive(Default)]
 pub(crate) struct SeenHalf {
     pub(crate) rays: Vec<GatherRay>,
@@ -39,7 +36,7 @@ impl View {
                 half.rays.push(ray);
                 half.surfels.push(tree.surfel_of_texel(*texel));
             }
-            let weight = PI / half.rays.len() as f32;
+            let weight = Lobe::TOTAL / half.rays.len() as f32;
             half.rays.iter_mut().for_each(|ray| ray.weight = weight);
             half
         });
@@ -66,7 +63,7 @@ fn points_in_air(rays: &[Vec<GatherRay>; 2], texels: &[Vec<u32>; 2], points: usi
         *unlit += u32::from(ray.hit.is_some() && *texel == NONE);
         *all += 1;
     }
-    let is_in_air = |(unlit, all): &(u32, u32)| *unlit as f32 <= MAX_UNLIT_SHARE * *all as f32;
+    let is_in_air = |(unlit, all): &(u32, u32)| *unlit as f32 <= MAX_UNLIT_SHARE_OF_POINT * *all as f32;
     let in_air: Vec<bool> = counts.iter().map(is_in_air).collect();
     let has_rays = |half: &Vec<GatherRay>| half.iter().any(|ray| in_air[ray.point as usize]);
     if rays.iter().all(has_rays) { in_air } else { vec![true; points] }
