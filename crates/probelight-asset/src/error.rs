@@ -1,8 +1,10 @@
 //! Why a baked file was refused.
 
+#[cfg(feature = "files")]
 use std::path::{Path, PathBuf};
 
 /// Why a baked file could not be read or written.
+#[cfg(feature = "files")]
 #[derive(Debug, thiserror::Error)]
 pub enum AssetError {
     /// The operating system refused.
@@ -56,6 +58,7 @@ impl DecodeError {
     }
 
     /// Adds the path.
+    #[cfg(feature = "files")]
     pub(crate) fn at(self, path: &Path) -> AssetError {
         match self {
             Self::Io(source) => AssetError::Io { action: "read", path: path.into(), source },

@@ -1,8 +1,9 @@
 //! The baked file of Probelight (`.plight`): what the bake hands to the runtime.
 //!
 //! [`BakedParts`] is the schema in memory, [`BakedScene`] the same after its promises were checked.
-//! [`BakedScene::write`] and [`BakedScene::read`] move it to and from a versioned, sectioned, checksummed file;
-//! [`BakedScene::read_info`] reads a summary only.
+//! `BakedScene::write` and `BakedScene::read` move it to and from a versioned, sectioned, checksummed file;
+//! `BakedScene::read_info` reads a summary only. [`BakedScene::write_to`], [`BakedScene::from_reader`] and
+//! [`BakedInfo::from_reader`] do so with any stream.
 //!
 //! # Layout of the file
 //!
@@ -28,13 +29,23 @@
 //! file; where the real length is unknown, memory is taken as bytes arrive. Only a PNG unpacks to more than its size,
 //! within limits. Checksums are against accidents, not against forgers: content behind valid checksums is checked as
 //! well ([`BakedScene::new`]).
+//!
+//! # Features
+//!
+//! | feature | on by default | what it brings |
+//! | --- | --- | --- |
+//! | `files` | yes | `BakedScene::read`, `BakedScene::write` and `write_atomically` |
+//!
+//! In browsers (`wasm32-unknown-unknown`) leave it away: [`BakedScene::from_bytes`] reads what was downloaded.
 
+#[cfg(feature = "files")]
 mod atomic_file;
 mod baked_scene;
 mod border_blends;
 mod cluster;
 mod description;
 mod error;
+#[cfg(feature = "files")]
 mod file;
 mod info;
 mod layout;
@@ -44,17 +55,20 @@ pub mod packed;
 mod read;
 mod sections;
 mod settings;
-#[cfg(test)]
+#[cfg(all(test, feature = "files"))]
 mod tests;
 mod textures;
 mod validate;
 mod write;
 
+#[cfg(feature = "files")]
 pub use atomic_file::write_atomically;
 pub use baked_scene::{BakedParts, BakedScene, ERROR_STEPS, NONE};
 pub use border_blends::BorderBlend;
 pub use cluster::Cluster;
-pub use error::{AssetError, DecodeError, InvalidParts};
+#[cfg(feature = "files")]
+pub use error::AssetError;
+pub use error::{DecodeError, InvalidParts};
 pub use info::{BakedInfo, SectionInfo};
 pub use layout::FORMAT_VERSION;
 pub use light::{Emitter, LightSample, Probe, Surfel, SurfelGroup};

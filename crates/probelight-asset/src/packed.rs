@@ -8,7 +8,7 @@
 use bytemuck::{Pod, Zeroable};
 use half::f16;
 
-/// The gain of a relight ray whose light counts as it is, see [`BakedScene::relight_gains`](crate::BakedScene::relight_gains).
+/// The gain of a relight ray whose light counts as it is, see [`BakedParts::relight_gains`](crate::BakedParts::relight_gains).
 pub const GAIN_STEPS: u8 = 128;
 
 /// Steps of a column's exponent that halve its factor.

@@ -77,7 +77,7 @@ fn decode_png(png: &[u8], allowance: &mut u64) -> Result<(u32, u32, Vec<u8>), St
     if decoder.dimensions() != (width, height) || decoder.color_type() != ColorType::Rgba8 {
         return Err("it is not an RGBA image of eight bits".into());
     }
-    let mut rgba8 = vec![0; claimed as usize];
+    let mut rgba8 = vec![0; usize::try_from(claimed).map_err(|_| "it is too large")?];
     decoder.read_image(&mut rgba8).map_err(|error| error.to_string())?;
     Ok((width, height, rgba8))
 }

@@ -50,7 +50,8 @@
 //! | `gpu` | yes | `gpu::GpuRuntime`, by Vulkan, Metal, Direct3D 12 or WebGPU |
 //! | `blocking` | yes | functions that wait for the GPU: constructors, reading back, measuring |
 //!
-//! In browsers (`wasm32-unknown-unknown`) take `gpu` alone.
+//! In browsers (`wasm32-unknown-unknown`) take `gpu` alone, and `probelight-asset` and `probelight-scene` without default
+//! features.
 //!
 //! The lightmap holds what arrives by way of surfels and probes: light that bounced, the sky, emissive surfaces.
 //! Renderers add the direct light of the analytic lights, which is sharper than a lightmap could hold.

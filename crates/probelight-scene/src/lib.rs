@@ -3,11 +3,20 @@
 //!
 //! Everything downstream may rely on what [`Scene`] promises: finite positions, indices in range, no
 //! triangle without area, unit normals.
+//!
+//! | feature | on by default | what it brings |
+//! | --- | --- | --- |
+//! | `files` | yes | `Setup::load`; without it setups are parsed in memory |
+//! | `gltf` | yes | `load_gltf` and `parse_gltf`, which also read the files that a scene names |
+//!
+//! In browsers (`wasm32-unknown-unknown`) take neither: scenes are baked elsewhere.
 
 mod camera;
 mod content_hash;
 mod error;
+#[cfg(feature = "gltf")]
 mod gltf_import;
+#[cfg(feature = "gltf")]
 mod implausible;
 mod light;
 mod material;
@@ -18,6 +27,7 @@ mod unusable;
 
 pub use camera::Camera;
 pub use error::{SceneError, Warning};
+#[cfg(feature = "gltf")]
 pub use gltf_import::{load_gltf, parse_gltf};
 pub use light::{Illumination, Light, Lighting, Sky, range_window};
 pub use material::{AlphaMode, Material, Texture, TextureSlot};

@@ -236,8 +236,8 @@ impl Scene {
             }
         }
         for (t, texture) in self.textures.iter().enumerate() {
-            let texels = texture.width as usize * texture.height as usize;
-            if texels == 0 || texture.rgba8.len() != texels * 4 {
+            let texels = u64::from(texture.width) * u64::from(texture.height);
+            if texels == 0 || texels.checked_mul(4) != Some(texture.rgba8.len() as u64) {
                 return fail(format!("texture {t} does not hold {texels} texels"));
             }
         }

@@ -1,5 +1,5 @@
 //! Broken glTF files: each gives one error that says what is wrong, and costs little memory.
-
+#![cfg(feature = "gltf")]
 #![allow(missing_docs, reason = "a test binary has no documentation")]
 
 #[expect(dead_code, reason = "other tests use the rest")]

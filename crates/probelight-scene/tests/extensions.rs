@@ -1,5 +1,5 @@
 //! Valid files with parts that light has no use for, and extensions that are read, left out or refused.
-
+#![cfg(feature = "gltf")]
 #![allow(missing_docs, reason = "a test binary has no documentation")]
 
 #[expect(dead_code, reason = "other tests use the rest")]

@@ -1,5 +1,5 @@
 //! The view of a scene that came without a camera.
-
+#![cfg(feature = "gltf")]
 #![allow(missing_docs, reason = "a test binary has no documentation")]
 
 #[expect(dead_code, reason = "other tests use the rest")]

@@ -1,5 +1,5 @@
 //! What well-formed glTF files become.
-
+#![cfg(feature = "gltf")]
 #![allow(missing_docs, reason = "a test binary has no documentation")]
 
 mod glb;

@@ -1,5 +1,5 @@
 //! Files that a scene refers to: where they may lie, and how large they may be.
-
+#![cfg(feature = "gltf")]
 #![allow(missing_docs, reason = "a test binary has no documentation")]
 
 #[expect(dead_code, reason = "other tests use the rest")]

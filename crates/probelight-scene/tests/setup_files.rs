@@ -1,5 +1,5 @@
 //! Setup files: what they mean, and what is refused.
-
+#![cfg(all(feature = "files", feature = "gltf"))]
 #![allow(missing_docs, reason = "a test binary has no documentation")]
 
 #[expect(dead_code, reason = "other tests use the rest")]

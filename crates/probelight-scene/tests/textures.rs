@@ -1,5 +1,5 @@
 //! Images and texture coordinates of glTF files.
-
+#![cfg(feature = "gltf")]
 #![allow(missing_docs, reason = "a test binary has no documentation")]
 
 #[expect(dead_code, reason = "other tests use the rest")]

@@ -24,8 +24,10 @@ pub use bytes::stage_bytes;
 pub(crate) use bytes::{Held, stage_bytes_with};
 pub use input::{Budget, FrameInput, View};
 pub use lod::{LodLevel, LodSettings};
+pub(crate) use plan::ReceiverPlace;
+#[cfg(feature = "cpu")]
+pub(crate) use plan::leading;
 pub use plan::{ClusterExtent, FramePlan, ProbeExtent};
-pub(crate) use plan::{ReceiverPlace, leading};
 pub use planner::Planner;
 pub(crate) use plans::FramePlans;
 pub(crate) use relight_table::RelightTable;

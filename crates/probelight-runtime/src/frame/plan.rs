@@ -168,6 +168,7 @@ impl ReceiverPlace {
     }
 
     /// Whether a frame of such extents computes the receiver.
+    #[cfg(feature = "cpu")]
     pub(crate) fn is_computed(self, clusters: &[ClusterExtent]) -> bool {
         self.index < clusters[self.cluster as usize].receivers
     }

@@ -10,6 +10,7 @@ const PREFIXES: u32 = 4;
 #[derive(Debug)]
 pub(crate) struct RelightTable {
     /// Rays of a probe.
+    #[cfg(any(feature = "cpu", test))]
     pub(crate) rays: usize,
     /// Coefficients of a probe.
     pub(crate) coefficients: usize,
@@ -32,6 +33,7 @@ impl RelightTable {
             weights.extend(weights_of(rays as usize).into_iter().zip(&of_all).map(ratio));
         }
         Self {
+            #[cfg(any(feature = "cpu", test))]
             rays: directions.len(),
             coefficients: baked.coefficients(),
             basis: basis_table(directions, &of_all, degree),

@@ -128,7 +128,7 @@ impl GpuDevice {
         pollster::block_on(Self::open_async(wanted))
     }
 
-    /// [`open`](Self::open) without waiting: for browsers.
+    /// Opens a GPU as `open` does, without waiting: for browsers, which choose the GPU and do not tell its name.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`], [`GpuError::UnknownAdapter`] or [`GpuError::NotOpened`].
@@ -239,6 +239,23 @@ pub async fn checked_async<T>(
         (Some(_), _) => Err(GpuError::OutOfMemory { purpose }),
         (None, Some(error)) => Err(GpuError::Refused { purpose, reason: error.to_string() }),
         (None, None) => made,
+    }
+}
+
+/// Runs `work` to its end and waits for the GPU whenever `work` does.
+#[cfg(feature = "blocking")]
+pub(super) fn wait_for<T>(
+    device: &wgpu::Device,
+    work: impl Future<Output = Result<T, GpuError>>,
+) -> Result<T, GpuError> {
+    let mut work = pin!(work);
+    loop {
+        if let Poll::Ready(result) = work.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            return result;
+        }
+        // Once everything submitted is done, the device has said all that `work` may be waiting for.
+        let waited = device.poll(wgpu::PollType::wait_indefinitely());
+        waited.map_err(|error| GpuError::Lost { reason: error.to_string() })?;
     }
 }
 

@@ -1,33 +1,54 @@
 //! Reading what the stages hand to each other, and replacing it: for still pictures, measurements and tests of
-//! single stages. Reading waits for the GPU.
+//! single stages. Reading waits for the GPU, except where it is `async`; see [`readback`](super::readback).
 
 use bytemuck::cast_slice;
 use probelight_math::glam::Vec3;
 
 use super::device::GpuError;
+#[cfg(feature = "blocking")]
+use super::device::wait_for;
 use super::frame_buffers::RGB_BYTES;
 use super::gpu_runtime::GpuRuntime;
-use super::readback::read_buffer;
+use super::readback::read_buffer_async;
 use crate::IrradianceLightmap;
 
 impl GpuRuntime {
+    /// Irradiance of the receivers in the last frame, W/m², in the order of
+    /// [`receiver_texels`](probelight_asset::BakedParts::receiver_texels). Waits for the GPU.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    #[cfg(feature = "blocking")]
+    pub fn read_irradiance(&self) -> Result<Vec<Vec3>, GpuError> {
+        wait_for(&self.device, self.read_irradiance_async())
+    }
+
     /// Irradiance of the receivers in the last frame, W/m², in the order of
     /// [`receiver_texels`](probelight_asset::BakedParts::receiver_texels).
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
-    pub fn read_irradiance(&self) -> Result<Vec<Vec3>, GpuError> {
-        self.read_rgb(&self.buffers.irradiance, self.baked.receiver_texels.len())
+    pub async fn read_irradiance_async(&self) -> Result<Vec<Vec3>, GpuError> {
+        self.read_rgb(&self.buffers.irradiance, self.baked.receiver_texels.len()).await
+    }
+
+    /// The lightmap of the last frame as the CPU would have it, in full precision. Waits for the GPU.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    #[cfg(feature = "blocking")]
+    pub fn read_lightmap(&self) -> Result<IrradianceLightmap, GpuError> {
+        wait_for(&self.device, self.read_lightmap_async())
     }
 
     /// The lightmap of the last frame as the CPU would have it, in full precision.
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
-    pub fn read_lightmap(&self) -> Result<IrradianceLightmap, GpuError> {
+    pub async fn read_lightmap_async(&self) -> Result<IrradianceLightmap, GpuError> {
         let layout = &self.baked.lightmap;
         let mut lightmap = IrradianceLightmap::new(layout.width, layout.height);
-        for (texel, value) in self.baked.receiver_texels.iter().zip(self.read_irradiance()?) {
+        for (texel, value) in self.baked.receiver_texels.iter().zip(self.read_irradiance_async().await?) {
             lightmap.texels[*texel as usize] = value;
         }
         for [texel, source] in &layout.dilation {
@@ -40,9 +61,10 @@ impl GpuRuntime {
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
+    #[cfg(feature = "blocking")]
     pub fn read_signals(&self) -> Result<Vec<Vec3>, GpuError> {
         let coefficients = self.baked.probes.len() * self.baked.coefficients();
-        self.read_rgb(&self.buffers.signals, self.baked.scalar_signals() + coefficients)
+        self.wait_for_rgb(&self.buffers.signals, self.baked.scalar_signals() + coefficients)
     }
 
     /// The clusters' coefficients b of the last frame: one RGB row per singular value, in the order of
@@ -50,8 +72,9 @@ impl GpuRuntime {
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
+    #[cfg(feature = "blocking")]
     pub fn read_coefficients(&self) -> Result<Vec<Vec3>, GpuError> {
-        let parts = self.shards.iter().map(|shard| self.read_rgb(&shard.coefficients, shard.row_count));
+        let parts = self.shards.iter().map(|shard| self.wait_for_rgb(&shard.coefficients, shard.row_count));
         Ok(parts.collect::<Result<Vec<_>, _>>()?.concat())
     }
 
@@ -59,10 +82,11 @@ impl GpuRuntime {
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
+    #[cfg(feature = "blocking")]
     pub fn read_direct(&self) -> Result<Vec<Vec3>, GpuError> {
         let mut direct = vec![Vec3::ZERO; self.baked.light_samples.len()];
         for (samples, buffer) in self.stages.light_surfels.direct() {
-            for (sample, value) in samples.iter().zip(self.read_rgb(buffer, samples.len())?) {
+            for (sample, value) in samples.iter().zip(self.wait_for_rgb(buffer, samples.len())?) {
                 direct[*sample as usize] = value;
             }
         }
@@ -103,8 +127,13 @@ impl GpuRuntime {
         [self.stages.light_surfels.direct().count(), self.shards.len()]
     }
 
-    fn read_rgb(&self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<Vec3>, GpuError> {
-        let values: Vec<f32> = read_buffer(&self.device, &self.queue, buffer)?;
+    #[cfg(feature = "blocking")]
+    fn wait_for_rgb(&self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<Vec3>, GpuError> {
+        wait_for(&self.device, self.read_rgb(buffer, count))
+    }
+
+    async fn read_rgb(&self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<Vec3>, GpuError> {
+        let values: Vec<f32> = read_buffer_async(&self.device, &self.queue, buffer).await?;
         Ok(values.chunks_exact(3).take(count).map(Vec3::from_slice).collect())
     }
 }

@@ -8,6 +8,8 @@ use probelight_scene::Lighting;
 
 use super::blend_borders::BlendBorders;
 use super::cluster_shards::{ClusterShard, cluster_shards};
+#[cfg(feature = "blocking")]
+use super::device::wait_for;
 use super::device::{GpuError, checked, checked_async, new_encoder};
 use super::dilate_lightmap::DilateLightmap;
 use super::frame_buffers::FrameBuffers;
@@ -20,13 +22,10 @@ use super::scene_geometry::SceneGeometry;
 use super::shadow_maps::{ShadowMapOptions, ShadowMaps};
 use super::storage::Storage;
 use super::timestamps::FrameTimestamps;
-#[cfg(feature = "blocking")]
-use crate::Convergence;
-#[cfg(feature = "blocking")]
 use crate::convergence::relative_change;
 use crate::frame::FramePlans;
 use crate::scene_state::SceneState;
-use crate::{FrameInput, FramePlan, LodSettings, RuntimeError, Stage, SurfaceColors};
+use crate::{Convergence, FrameInput, FramePlan, LodSettings, RuntimeError, Stage, SurfaceColors};
 
 /// How a [`GpuRuntime`] uses the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -354,19 +353,32 @@ impl GpuRuntime {
     }
 
     /// Computes frames without a view until the relative change of the receivers' irradiance is at most `tolerance`, at
-    /// most `max_steps`. It reads the irradiance back after each frame: for still pictures, not for real time.
+    /// most `max_steps`. It waits for the irradiance of each frame: for still pictures, not for real time.
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
     #[cfg(feature = "blocking")]
     pub fn converge(&mut self, tolerance: f64, max_steps: usize) -> Result<Convergence, GpuError> {
-        let mut previous = self.read_irradiance()?;
+        wait_for(&self.device.clone(), self.converge_async(tolerance, max_steps))
+    }
+
+    /// Computes frames without a view until the relative change of the receivers' irradiance is at most `tolerance`, at
+    /// most `max_steps`. It reads the irradiance of each frame: for still pictures, not for real time.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    pub async fn converge_async(
+        &mut self,
+        tolerance: f64,
+        max_steps: usize,
+    ) -> Result<Convergence, GpuError> {
+        let mut previous = self.read_irradiance_async().await?;
         let mut convergence = Convergence { steps: 0, change: f64::INFINITY };
         while convergence.steps < max_steps && convergence.change > tolerance {
             let mut encoder = new_encoder(&self.device);
             self.encode(&FrameInput::default(), &mut encoder);
             self.queue.submit([encoder.finish()]);
-            let now = self.read_irradiance()?;
+            let now = self.read_irradiance_async().await?;
             convergence.steps += 1;
             convergence.change = relative_change(&previous, &now);
             previous = now;

@@ -11,8 +11,9 @@
 //! A [`GpuRuntime`] is the twin of `Runtime`: the same stages under the same names, their shaders in
 //! `src/shaders`. Each stage can run by itself ([`GpuRuntime::encode_stage`]), which is how tests compare it with the CPU's.
 //!
-//! Nothing on the way of a frame or of a change of light waits for the GPU. What waits (opening it by
-//! [`GpuDevice::open`](device::GpuDevice), reading back, measuring) needs the feature `blocking`; browsers cannot wait.
+//! Nothing on the way of a frame or of a change of light waits for the GPU. What waits (opening it, reading back,
+//! measuring) needs the feature `blocking`. Browsers cannot wait; for them what is called `open` or `read_lightmap` has
+//! an `async` twin called `open_async` or `read_lightmap_async`.
 //!
 //! | module | job |
 //! | --- | --- |
@@ -24,12 +25,12 @@
 //! | `surfel_shards`, `surfel_groups`, `cluster_shards` | the baked scene, arranged for the shaders |
 //! | `frame_extents` | how much of it a frame computes |
 //! | [`stage_shaders`], `kernel`, `storage`, [`filled_buffer`] | shaders, what they are bound to, buffers |
-//! | [`timestamps`], `benchmark` | how long stages take, and what the memory allows |
+//! | [`timestamps`], `stage_bytes`, `benchmark` | how long stages take, what they move, and what the memory allows |
 //! | [`scene_geometry`] | the scene's triangles, for shadows and renderers |
 //! | [`shadow_views`] | what each light sees the scene through; light records |
 //! | [`shadow_maps`] | depth as lights see it (drawn by `cast_shadows`); visibility for any shader |
 //! | [`shaders`] | sources to build shaders from |
-//! | `readback` | copies to the CPU, for pictures and tests |
+//! | [`readback`] | copies to the CPU, for pictures and tests |
 
 #[cfg(feature = "blocking")]
 pub mod benchmark;
@@ -38,7 +39,6 @@ mod cast_shadows;
 mod cluster_shards;
 pub mod device;
 mod dilate_lightmap;
-#[cfg(feature = "blocking")]
 mod exchange;
 pub mod filled_buffer;
 pub mod frame_buffers;
@@ -48,7 +48,6 @@ pub mod gpu_runtime;
 mod kernel;
 mod light_surfels;
 mod project_clusters;
-#[cfg(feature = "blocking")]
 pub mod readback;
 mod reduce_lightmap;
 #[cfg(test)]
@@ -61,6 +60,7 @@ mod shader_tests;
 pub mod shaders;
 pub mod shadow_maps;
 pub mod shadow_views;
+mod stage_bytes;
 pub mod stage_shaders;
 mod storage;
 mod surfel_groups;

@@ -1,14 +1,36 @@
 //! Copies from the GPU to the CPU: for pictures, tests and measurements, never within a frame.
+//!
+//! What is `async` goes on when the device has answered. In browsers it does so by itself; elsewhere somebody must
+//! [poll](wgpu::Device::poll) it meanwhile, as the functions that wait do.
+
+use std::future::poll_fn;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Poll, Waker};
 
 use bytemuck::Pod;
 
+#[cfg(feature = "blocking")]
+use super::device::wait_for;
 use super::device::{GpuError, new_encoder};
 
 /// What `buffer` (usage `COPY_SRC`) holds once all submitted work is done. Waits for the GPU.
 ///
 /// # Errors
 /// [`GpuError::Lost`] if the GPU does not answer.
+#[cfg(feature = "blocking")]
 pub fn read_buffer<T: Pod>(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    buffer: &wgpu::Buffer,
+) -> Result<Vec<T>, GpuError> {
+    wait_for(device, read_buffer_async(device, queue, buffer))
+}
+
+/// What `buffer` (usage `COPY_SRC`) holds once all work is done that was submitted before.
+///
+/// # Errors
+/// [`GpuError::Lost`] if the GPU does not answer.
+pub async fn read_buffer_async<T: Pod>(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     buffer: &wgpu::Buffer,
@@ -17,7 +39,7 @@ pub fn read_buffer<T: Pod>(
     let mut encoder = new_encoder(device);
     encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
     queue.submit([encoder.finish()]);
-    Ok(bytemuck::pod_collect_to_vec(&mapped(device, &staging)?))
+    Ok(bytemuck::pod_collect_to_vec(&mapped(&staging).await?))
 }
 
 /// The texels of level 0 of `texture` (usage `COPY_SRC`, 2D, uncompressed), row by row from the top, of the
@@ -25,7 +47,21 @@ pub fn read_buffer<T: Pod>(
 ///
 /// # Errors
 /// [`GpuError::Lost`] if the GPU does not answer.
+#[cfg(feature = "blocking")]
 pub fn read_texture(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+) -> Result<Vec<u8>, GpuError> {
+    wait_for(device, read_texture_async(device, queue, texture))
+}
+
+/// The texels of level 0 of `texture` (usage `COPY_SRC`, 2D, uncompressed), row by row from the top, of the
+/// first layer, once all work is done that was submitted before.
+///
+/// # Errors
+/// [`GpuError::Lost`] if the GPU does not answer.
+pub async fn read_texture_async(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     texture: &wgpu::Texture,
@@ -43,7 +79,7 @@ pub fn read_texture(
         wgpu::Extent3d { depth_or_array_layers: 1, ..texture.size() },
     );
     queue.submit([encoder.finish()]);
-    let padded = mapped(device, &staging)?;
+    let padded = mapped(&staging).await?;
     Ok(padded.chunks_exact(padded_row as usize).flat_map(|r| &r[..row as usize]).copied().collect())
 }
 
@@ -56,16 +92,33 @@ fn staging_buffer(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
     })
 }
 
-/// Waits until the GPU is done, then copies what a staging buffer holds.
-fn mapped(device: &wgpu::Device, staging: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
-    let lost = |reason: String| GpuError::Lost { reason };
-    let (sender, receiver) = std::sync::mpsc::channel();
-    staging.slice(..).map_async(wgpu::MapMode::Read, move |result| {
-        // The receiver waits below until this was called.
-        let _ = sender.send(result);
+/// What a device says about a mapping, and who is to hear it.
+#[derive(Default)]
+struct Answer {
+    said: Option<Result<(), wgpu::BufferAsyncError>>,
+    listener: Option<Waker>,
+}
+
+/// What a staging buffer holds, once the GPU is done with it.
+async fn mapped(staging: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
+    let answer = Arc::new(Mutex::new(Answer::default()));
+    let heard = Arc::clone(&answer);
+    staging.slice(..).map_async(wgpu::MapMode::Read, move |said| {
+        let mut answer = heard.lock().unwrap_or_else(PoisonError::into_inner);
+        answer.said = Some(said);
+        let listener = answer.listener.take();
+        // Whoever wakes up may ask at once.
+        drop(answer);
+        listener.into_iter().for_each(Waker::wake);
     });
-    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| lost(error.to_string()))?;
-    let result = receiver.recv().map_err(|error| lost(error.to_string()))?;
-    result.map_err(|error| lost(error.to_string()))?;
+    let said = poll_fn(|context| {
+        let mut answer = answer.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(said) = answer.said.take() {
+            return Poll::Ready(said);
+        }
+        answer.listener = Some(context.waker().clone());
+        Poll::Pending
+    });
+    said.await.map_err(|error| GpuError::Lost { reason: error.to_string() })?;
     Ok(staging.slice(..).get_mapped_range().to_vec())
 }

@@ -1,15 +1,12 @@
 //! How long passes take, by the GPU's own clock.
 
-#[cfg(feature = "blocking")]
 use std::time::Duration;
 
-#[cfg(feature = "blocking")]
 use super::device::GpuError;
 #[cfg(feature = "blocking")]
-use super::readback::read_buffer;
-use crate::Stage;
-#[cfg(feature = "blocking")]
-use crate::{PerStage, StageTimings};
+use super::device::wait_for;
+use super::readback::read_buffer_async;
+use crate::{PerStage, Stage, StageTimings};
 
 /// Time queries at the beginnings of passes, and of an empty one behind the last.
 ///
@@ -67,7 +64,16 @@ impl PassTimestamps {
     /// How long each pass took. Waits for the GPU.
     #[cfg(feature = "blocking")]
     pub(super) fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<Duration>, GpuError> {
-        let ticks: Vec<u64> = read_buffer(device, queue, &self.resolved)?;
+        wait_for(device, self.read_async(device, queue))
+    }
+
+    /// How long each pass took.
+    async fn read_async(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<Vec<Duration>, GpuError> {
+        let ticks: Vec<u64> = read_buffer_async(device, queue, &self.resolved).await?;
         let duration = |pair: &[u64]| {
             Duration::from_secs_f64(pair[1].saturating_sub(pair[0]) as f64 * self.period * 1e-9)
         };
@@ -101,7 +107,19 @@ impl FrameTimestamps {
     /// [`GpuError::Lost`] if the GPU does not answer.
     #[cfg(feature = "blocking")]
     pub fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<StageTimings, GpuError> {
-        let passes = self.0.read(device, queue)?;
+        wait_for(device, self.read_async(device, queue))
+    }
+
+    /// Times of the frame that was submitted last; see [`readback`](super::readback).
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    pub async fn read_async(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<StageTimings, GpuError> {
+        let passes = self.0.read_async(device, queue).await?;
         Ok(StageTimings {
             stages: PerStage::from_fn(|stage| passes[stage as usize]),
             frame: passes.iter().sum(),

@@ -20,7 +20,7 @@ const DECODER_MEMORY: u64 = 1 << 30;
 pub(super) fn decode_image(
     image: &gltf::Image<'_>,
     resources: &Resources<'_>,
-    budget: usize,
+    budget: u64,
 ) -> Result<Texture, Reason> {
     let fail = |reason: Reason| format!("images[{}]: {reason}", image.index());
     let owned;
@@ -36,7 +36,7 @@ pub(super) fn decode_image(
 }
 
 /// Decodes a file of any bit depth and channel count.
-fn decode(bytes: &[u8], name: String, budget: usize) -> Result<Texture, Reason> {
+fn decode(bytes: &[u8], name: String, budget: u64) -> Result<Texture, Reason> {
     let unusable = |error: ImageError| format!("cannot be decoded as PNG, JPEG or WebP ({error})");
     let reader = || {
         let reader = ImageReader::new(Cursor::new(bytes));
@@ -53,7 +53,7 @@ fn decode(bytes: &[u8], name: String, budget: usize) -> Result<Texture, Reason> 
     if texels == 0 || texels > most_texels {
         return Err(format!("claims {width} × {height} texels, but has only {} bytes", bytes.len()));
     }
-    if texels * 4 > budget as u64 {
+    if texels * 4 > budget {
         return Err("is one too many: all textures together need more than 4 GiB; make them smaller".into());
     }
     let mut reader = reader()?;

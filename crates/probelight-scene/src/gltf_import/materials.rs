@@ -12,7 +12,7 @@ use super::{Reason, Warnings, images};
 use crate::{AlphaMode, Material, Texture, TextureSlot};
 
 /// Most bytes of decoded textures in one scene.
-const MAX_TEXTURE_BYTES: usize = 4 << 30;
+const MAX_TEXTURE_BYTES: u64 = 4 << 30;
 
 const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
 
@@ -262,7 +262,7 @@ impl Importer<'_> {
         if let Some(texture) = self.texture_of_image.get(&image.index()) {
             return Ok(*texture);
         }
-        let held = self.textures.iter().map(|texture| texture.rgba8.len()).sum::<usize>();
+        let held = self.textures.iter().map(|texture| texture.rgba8.len() as u64).sum::<u64>();
         self.textures.push(images::decode_image(image, self.resources, MAX_TEXTURE_BYTES - held)?);
         let texture = self.textures.len() as u32 - 1;
         self.texture_of_image.insert(image.index(), texture);

@@ -13,7 +13,7 @@ use gltf::Document;
 use super::Reason;
 
 /// Most bytes of all buffers together. Many buffers may name the same file.
-const MAX_BUFFER_BYTES: usize = 8 << 30;
+const MAX_BUFFER_BYTES: u64 = 8 << 30;
 
 /// Accepts data URIs with and without padding.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -22,22 +22,22 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 );
 
 /// Most bytes of one image file.
-const MAX_IMAGE_BYTES: usize = 1 << 30;
+const MAX_IMAGE_BYTES: u64 = 1 << 30;
 
 /// Reads a regular file of at most `limit` bytes. Devices and pipes, which may never end, are refused.
-fn read_file(path: &Path, limit: usize) -> io::Result<Vec<u8>> {
+fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let refuse = |reason: String| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
     let mut file = File::open(path)?;
     let metadata = file.metadata()?;
     if !metadata.is_file() {
         return refuse("it is not a regular file".into());
     }
-    if metadata.len() > limit as u64 {
+    if metadata.len() > limit {
         return refuse(format!("it holds {} bytes; at most {limit} can be used", metadata.len()));
     }
     let mut bytes = Vec::with_capacity(metadata.len() as usize);
     // Not a byte more, should the file grow meanwhile.
-    file.by_ref().take(limit as u64).read_to_end(&mut bytes)?;
+    file.by_ref().take(limit).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -71,7 +71,7 @@ impl<'a> Resources<'a> {
                     Cow::Owned(resources.read_uri(uri, left).map_err(|e| format!("buffers[{index}]: {e}"))?)
                 }
             };
-            held_bytes += bytes.len();
+            held_bytes += bytes.len() as u64;
             if held_bytes > MAX_BUFFER_BYTES {
                 return Err(format!("its buffers hold more than {} GiB; divide it", MAX_BUFFER_BYTES >> 30));
             }
@@ -102,7 +102,7 @@ impl<'a> Resources<'a> {
     ///
     /// Links in that folder are followed wherever they lead: whoever made them is at home there, and versioned or
     /// built folders often consist of links. A document cannot make any.
-    fn read_uri(&self, uri: &str, limit: usize) -> Result<Vec<u8>, Reason> {
+    fn read_uri(&self, uri: &str, limit: u64) -> Result<Vec<u8>, Reason> {
         if let Some(data) = uri.strip_prefix("data:") {
             let (_, encoded) = data
                 .split_once(";base64,")

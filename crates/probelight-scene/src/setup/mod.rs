@@ -24,7 +24,18 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Reads a setup file. Every field is checked, and unknown ones are refused.
+    /// Reads a setup file; [`parse`](Self::parse) says what is in one.
+    ///
+    /// # Errors
+    /// [`SceneError::Read`] if the file cannot be read, [`SceneError::Setup`] as [`parse`](Self::parse).
+    #[cfg(feature = "files")]
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        let text =
+            std::fs::read_to_string(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+        Self::parse(&text, path)
+    }
+
+    /// Reads the text of a setup file. Every field is checked, and unknown ones are refused. `path` is the name in errors.
     ///
     /// ```json
     /// { "version": 1, "name": "evening", "scene": "room.glb", "use_emissive": true, "emissive_scale": 1.0,
@@ -46,12 +57,9 @@ impl Setup {
     /// `KHR_lights_punctual` defines it. `range`, `emissive_scale` and `eval_bounds` may be left out.
     ///
     /// # Errors
-    /// [`SceneError::Read`] if the file cannot be read; [`SceneError::Setup`], with the path of the field
-    /// and what is allowed there, if it breaks these rules.
-    pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
-        parse::parse(&text).map_err(|reason| SceneError::Setup { path: path.into(), reason })
+    /// [`SceneError::Setup`], with the path of the field and what is allowed there, if it breaks these rules.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
+        parse::parse(text).map_err(|reason| SceneError::Setup { path: path.into(), reason })
     }
 
     /// The camera of this name, or the first one.
