@@ -81,23 +81,17 @@ fn tails_of(total: f64, shares: impl Iterator<Item = f64>) -> Vec<f64> {
 /// The energy of the light that the first k components lose, without the noise of the gather rays.
 ///
 /// Components found in one half of the rays are tried on the other. What they miss there is light that is lost
-/// and noise; how much noise there is, the difference of the halves tells. Each half takes its turn, and the one that
-/// finds more light lost is believed: where a few bright texels straddle an edge, the other may find none at all.
+/// and noise; how much noise there is, the difference of the halves tells.
 fn noise_free_tails(
     halves: &[Mat<f32>; 2],
     metric: &SignalMetric,
     noise: &[f64],
     count: usize,
 ) -> Option<Vec<f64>> {
-    let grams = halves.each_ref().map(|half| metric.gram(half));
-    let [first, second] = [[&grams[0], &grams[1]], [&grams[1], &grams[0]]].map(|[found, tested]| {
-        Some(tails_on_other_half(&leading_eigenvectors(found, count)?.0, tested, noise))
-    });
-    let (mut first, mut second) = (first?, second?);
-    for tails in [&mut first, &mut second] {
-        tails.resize(count + 1, tails.last().copied().unwrap_or(0.0));
-    }
-    Some(first.iter().zip(&second).map(|(a, b)| a.max(*b).max(0.0)).collect())
+    let [found, tested] = halves.each_ref().map(|half| metric.gram(half));
+    let mut tails = tails_on_other_half(&leading_eigenvectors(&found, count)?.0, &tested, noise);
+    tails.resize(count + 1, tails.last().copied().unwrap_or(0.0));
+    Some(tails.into_iter().map(|tail| tail.max(0.0)).collect())
 }
 
 /// Energy of the noise that each row of a half has.
@@ -105,14 +99,17 @@ fn noise_of_rows(halves: &[Mat<f32>; 2], metric: &SignalMetric) -> Vec<f64> {
     metric.row_energies(&((&halves[0] - &halves[1]) * Scale(0.5f32.sqrt())))
 }
 
-/// Energy that the first k of some components `u` lose of a half of the rays, less the rows' noise, for every k.
+/// Energy that the first k of some components `u` lose of a half of the rays, less the rows' noise, for every k. No row
+/// has more noise than energy, though its other half may say so: light that a few rays found in one half only would
+/// else outweigh that of all other rows.
 fn tails_on_other_half(u: &Mat<f64>, tested: &Mat<f64>, noise: &[f64]) -> Vec<f64> {
     let receivers = tested.nrows();
+    let noise = |r: usize| noise[r].min(tested[(r, r)]);
     let rotated = tested * u;
     let share = |k: usize| -> f64 {
-        (0..receivers).map(|r| u[(r, k)] * rotated[(r, k)] - u[(r, k)] * u[(r, k)] * noise[r]).sum()
+        (0..receivers).map(|r| u[(r, k)] * rotated[(r, k)] - u[(r, k)] * u[(r, k)] * noise(r)).sum()
     };
-    let total: f64 = (0..receivers).map(|r| tested[(r, r)] - noise[r]).sum();
+    let total: f64 = (0..receivers).map(|r| tested[(r, r)] - noise(r)).sum();
     tails_of(total, (0..u.ncols()).map(share))
 }
 
@@ -141,7 +138,7 @@ mod tests {
 
     #[test]
     fn light_counts_though_a_bright_row_is_in_one_half_only() {
-        // As where the points of one half of a texel's rays lie in the sun and the others in the shade.
+        // As where a few rays of one half find a small bright patch that those of the other miss.
         let rows = low_rank_rows(64, 12);
         let even = Mat::from_fn(64, COLUMNS, |r, c| rows[r * COLUMNS + c]);
         let uneven = Mat::from_fn(64, COLUMNS, |r, c| if r == 5 { 40.0 } else { even[(r, c)] });
@@ -149,7 +146,7 @@ mod tests {
         for halves in [[uneven.clone(), even.clone()], [even.clone(), uneven]] {
             let tails = noise_free_tails(&halves, &metric, &noise_of_rows(&halves, &metric), 8).unwrap();
             let light: f64 = metric.row_energies(&even).iter().sum();
-            assert!(tails[0] > light, "{} of {light}: the cluster would be black", tails[0]);
+            assert!(tails[0] > 0.9 * light, "{} of {light}: the cluster would be black", tails[0]);
         }
     }
 }
