@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::Context;
 use clap::Args;
 use probelight_asset::{BakedInfo, BakedScene};
 use probelight_bake::BakeOptions;

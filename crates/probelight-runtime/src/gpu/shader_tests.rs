@@ -87,37 +87,41 @@ fn constants(list: &[(&'static str, f64)]) -> Vec<(&'static str, Vec<f64>)> {
     list.iter().map(|(name, value)| (*name, vec![*value])).collect()
 }
 
+fn records() -> Vec<(&'static str, Layout)> {
+    vec![
+        record!(SamplePlace as "SamplePlace" { position, padding_a, normal, padding_b }),
+        record!(SampleColors as "SampleColors" { base_color, emission, material }),
+        record!(Bounce as "Bounce" { reflectance, receiver }),
+        record!(MaterialColors as "MaterialColors" { base_color, emission }),
+        record!(GroupRecord as "GroupRecord" { first, second, first_weight, signal }),
+        record!(Levels as "Levels" { first_group, level_count }),
+        record!(SignalShape as "SignalShape" { scalar_signals, coefficients, rays, probes }),
+        record!(ProbeRecord as "ProbeRecord" { rays, coefficients, first_weight }),
+        record!(ClusterExtent as "ClusterExtent" { rank, columns, receivers }),
+        record!(Ranks as "Ranks" { f16, snorm8, snorm4 }),
+        record!(ClusterRecord as "ClusterRecord" {
+            number, first_receiver, first_texel, receiver_count, first_column, column_count, receiver_ranks,
+            signal_ranks, receiver_basis_offset, signal_basis_offset, first_row, exponent_offset,
+        }),
+        record!(GatherTask as "GatherTask" { cluster, first }),
+        record!(BorderReceiver as "BorderReceiver" {
+            receiver, texel, first_record, record_count, cluster, index,
+        }),
+        record!(BorderBlend as "BorderBlend" { receiver, neighbor, beyond }),
+        record!(TexelCopy as "TexelCopy" { texel, receiver }),
+        record!(LightRecord as "Light" {
+            position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count,
+            inverse_squared_range, unused,
+        }),
+        record!(LightsRecord as "Lights" { list, count, unused }),
+        record!(ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),
+        record!(AlphaTestRecord as "AlphaTest" { factor, cutoff, unused }),
+    ]
+}
+
 fn partners() -> Partners {
     Partners {
-        records: vec![
-            record!(SamplePlace as "SamplePlace" { position, padding_a, normal, padding_b }),
-            record!(SampleColors as "SampleColors" { base_color, emission, material }),
-            record!(Bounce as "Bounce" { reflectance, receiver }),
-            record!(MaterialColors as "MaterialColors" { base_color, emission }),
-            record!(GroupRecord as "GroupRecord" { first, second, first_weight, signal }),
-            record!(Levels as "Levels" { first_group, level_count }),
-            record!(SignalShape as "SignalShape" { scalar_signals, coefficients, rays, probes }),
-            record!(ProbeRecord as "ProbeRecord" { rays, coefficients, first_weight }),
-            record!(ClusterExtent as "ClusterExtent" { rank, columns, receivers }),
-            record!(Ranks as "Ranks" { f16, snorm8, snorm4 }),
-            record!(ClusterRecord as "ClusterRecord" {
-                number, first_receiver, first_texel, receiver_count, first_column, column_count, receiver_ranks,
-                signal_ranks, receiver_basis_offset, signal_basis_offset, first_row, exponent_offset,
-            }),
-            record!(GatherTask as "GatherTask" { cluster, first }),
-            record!(BorderReceiver as "BorderReceiver" {
-                receiver, texel, first_record, record_count, cluster, index,
-            }),
-            record!(BorderBlend as "BorderBlend" { receiver, neighbor, beyond }),
-            record!(TexelCopy as "TexelCopy" { texel, receiver }),
-            record!(LightRecord as "Light" {
-                position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count,
-                inverse_squared_range, unused,
-            }),
-            record!(LightsRecord as "Lights" { list, count, unused }),
-            record!(ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),
-            record!(AlphaTestRecord as "AlphaTest" { factor, cutoff, unused }),
-        ],
+        records: records(),
         constants: constants(&[
             ("NONE", f64::from(NONE)),
             ("LARGEST", f16::MAX.to_f64()),
