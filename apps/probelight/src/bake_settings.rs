@@ -71,7 +71,7 @@ pub(crate) struct SettingFlags {
     receivers_per_cluster: Option<u32>,
     /// What a further byte per receiver must save where --error is out of reach, as a share of that error's energy: higher
     /// prices, smaller files. Give it and the rays, so that parts of a world that are baked one by one are alike
-    /// [default: 0.44 from 400 000 receivers on, less for fewer]
+    /// [default: 0.65 from 400 000 receivers on, less for fewer]
     #[arg(long, value_name = "X")]
     byte_price: Option<f32>,
     /// Leave the jumps where clusters meet as they are [default: they blend; not with --method paper]

@@ -399,14 +399,15 @@ fn without_a_display_view_names_another_command_before_it_bakes() {
 #[test]
 fn an_interrupted_bake_ends_with_130_and_leaves_no_half_file() {
     let place = Workplace::new();
-    let arguments = "bake cornell.glb -o a.plight --receivers 200000 --rays 65536";
+    // With nothing to resume it says so just before it bakes.
+    let arguments = "bake cornell.glb -o a.plight --receivers 200000 --rays 65536 --resume";
     let mut child = Command::new(env!("CARGO_BIN_EXE_probelight"))
         .args(arguments.split_whitespace())
         .current_dir(&place.folder)
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    // It reads signals from before its first step on.
+    // It heeds signals from its start on.
     let mut said = BufReader::new(child.stderr.take().unwrap());
     let mut first = String::new();
     said.read_line(&mut first).unwrap();

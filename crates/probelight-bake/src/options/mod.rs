@@ -67,7 +67,7 @@ pub struct BakeOptions {
     /// Whether clusters blend at the borders between them. Default true, with the paper's method false.
     pub blend_borders: Option<bool>,
     /// What a further byte per receiver must save where the wanted error is out of reach, as a share of that error's
-    /// energy. Default 0.44 from 400,000 receivers on and less for fewer, in proportion: bytes matter by how many there
+    /// energy. Default 0.65 from 400,000 receivers on and less for fewer, in proportion: bytes matter by how many there
     /// will be. Give it, and the rays, so that parts of a world baked one by one are alike.
     pub byte_price: Option<f32>,
     /// Use the scene's second texture coordinates for the lightmap where they are valid.

@@ -46,7 +46,7 @@ const MEDIUM: Preset = Preset {
     max_rank: 32,
     gather_ray_budget: DEFAULT_MAX_RECEIVERS as u64 * 256,
     relight_ray_budget: RELIGHT_RAY_BUDGET,
-    byte_price: 0.44,
+    byte_price: 0.65,
     full_price_receivers: DEFAULT_MAX_RECEIVERS,
 };
 
