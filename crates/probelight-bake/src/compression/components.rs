@@ -2,8 +2,8 @@
 
 use faer::{Mat, Scale, Side};
 
+use crate::compression::factors::RowEnergy;
 use crate::compression::metric::SignalMetric;
-use crate::compression::quantize::RowEnergy;
 
 /// The principal components of a matrix in a metric.
 pub(crate) struct Components {

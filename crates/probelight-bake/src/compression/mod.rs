@@ -7,6 +7,7 @@
 
 mod components;
 mod error_feedback;
+mod factors;
 pub(crate) mod metric;
 pub(crate) mod quantize;
 mod ranks;
@@ -16,8 +17,9 @@ use probelight_asset::{BakeSettings, Storage};
 use serde::{Deserialize, Serialize};
 
 use crate::compression::components::Components;
+use crate::compression::factors::{Aim, Factors};
 use crate::compression::metric::SignalMetric;
-use crate::compression::quantize::{Aim, Factors, PackedFactors, quantize};
+use crate::compression::quantize::{PackedFactors, quantize};
 use crate::ground::site::Site;
 use crate::options::ErrorGoal;
 use crate::partition::KdRule;

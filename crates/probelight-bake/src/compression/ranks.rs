@@ -2,7 +2,7 @@
 
 use probelight_asset::packed::{Precision, Ranks};
 
-use crate::compression::quantize::{Aim, Factors, RoundingNoise};
+use crate::compression::factors::{Aim, Factors, RoundingNoise};
 
 /// The cheapest ranks of U and ΣVᵀ within the target; where none are, those beyond which more bytes are not worth it.
 pub(crate) fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, aim: Aim) -> (Ranks, Ranks) {

@@ -202,6 +202,16 @@ fn generate(
     unwrap(Some(MAX_PAGE_SIZE))
 }
 
+/// Barycentric weights of the second and third corner.
+pub(crate) fn barycentric_of(point: Vec2, [a, b, c]: [Vec2; 3]) -> Vec2 {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let area = ab.perp_dot(ac);
+    if area == 0.0 {
+        return Vec2::splat(1.0 / 3.0);
+    }
+    Vec2::new(ap.perp_dot(ac), ab.perp_dot(ap)) / area
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

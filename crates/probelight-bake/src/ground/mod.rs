@@ -7,6 +7,7 @@ mod outlooks;
 pub(crate) mod probes;
 pub(crate) mod receivers;
 mod relight;
+pub(crate) mod sample_point;
 pub(crate) mod site;
 pub(crate) mod texel_points;
 

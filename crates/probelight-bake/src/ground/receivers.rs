@@ -15,11 +15,11 @@ use rayon::prelude::*;
 
 use crate::BakeError;
 use crate::air::{Air, LitSides, Outpost};
-use crate::ground::atlas::Atlas;
+use crate::ground::atlas::{Atlas, barycentric_of};
+use crate::ground::sample_point::SamplePoint;
 use crate::ground::site::{Outlook, Site};
 use crate::ground::texel_points::{
-    FacePoint, POINTS_PER_TEXEL, SamplePoint, TexelPoints, Window, point_on_face, spread_points,
-    texels_around,
+    FacePoint, POINTS_PER_TEXEL, TexelPoints, Window, point_on_face, spread_points, texels_around,
 };
 use crate::steps::for_each_in_parallel;
 
@@ -304,16 +304,6 @@ fn nearest_in_triangle(point: Vec2, corners: [Vec2; 3]) -> Vec2 {
         .into_iter()
         .min_by(|p, q| p.distance_squared(point).total_cmp(&q.distance_squared(point)))
         .unwrap_or(a)
-}
-
-/// Barycentric weights of the second and third corner.
-pub(crate) fn barycentric_of(point: Vec2, [a, b, c]: [Vec2; 3]) -> Vec2 {
-    let (ab, ac, ap) = (b - a, c - a, point - a);
-    let area = ab.perp_dot(ac);
-    if area == 0.0 {
-        return Vec2::splat(1.0 / 3.0);
-    }
-    Vec2::new(ap.perp_dot(ac), ab.perp_dot(ap)) / area
 }
 
 /// Sources for the needed texels without a receiver: the nearest receiver of the same chart, found by

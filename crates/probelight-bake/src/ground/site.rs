@@ -3,14 +3,11 @@
 //! Gathering, the choice of signals, transport and compression know sites only. That a site is a lightmap texel
 //! matters to the steps before ([`crate::ground::receivers`]) and to the file.
 
-use std::f32::consts::PI;
-
-use probelight_math::glam::{Vec2, Vec3};
-use probelight_math::sampling::{cosine_hemisphere_from_square, world_from_tangent};
+use probelight_math::glam::Vec3;
 use probelight_scene::Bounds;
 use probelight_trace::Tracer;
 
-use crate::ground::texel_points::SamplePoint;
+use crate::ground::sample_point::SamplePoint;
 
 /// A place that gathers light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,34 +33,6 @@ pub(crate) struct Outlook {
     pub(crate) position: Vec3,
     /// Its air space (see [`crate::ground::outlooks`]).
     pub(crate) air_space: u32,
-}
-
-/// How a place weighs the light that comes from each direction: by Lambert's cosine. All that draws or weighs directions
-/// asks here, so a place in free space needs no more than a lobe of its own.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Lobe {
-    normal: Vec3,
-}
-
-impl Lobe {
-    /// Integral over all directions, steradians.
-    pub(crate) const TOTAL: f32 = PI;
-
-    /// Of a surface with a unit normal.
-    pub(crate) fn cosine(normal: Vec3) -> Self {
-        Self { normal }
-    }
-
-    /// A unit direction drawn in proportion to the lobe, and its value there.
-    pub(crate) fn draw(&self, u: Vec2) -> (Vec3, f32) {
-        let local = cosine_hemisphere_from_square(u);
-        (world_from_tangent(self.normal) * local, local.z.max(f32::MIN_POSITIVE))
-    }
-
-    /// Its value along a unit direction; not above zero where it takes no light from.
-    pub(crate) fn value(&self, direction: Vec3) -> f32 {
-        self.normal.dot(direction)
-    }
 }
 
 /// A site and the points that its rays start from.

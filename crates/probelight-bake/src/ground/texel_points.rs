@@ -4,55 +4,23 @@
 //! would stand for a ledge or for the crevice behind it, as chance has it.
 
 use probelight_asset::NONE;
-use probelight_math::glam::{Vec2, Vec3};
+use probelight_math::glam::Vec2;
 use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
 use probelight_trace::{Progress, Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::BakeError;
-use crate::air::Outpost;
 use crate::air::limits::{EXPOSURE_RAYS, FULL_EXPOSURE, LEAST_EXPOSURE, PROBES_TRIED_PER_POINT};
 use crate::air::point_tree::PointTree;
 use crate::ground::atlas::Atlas;
-use crate::ground::receivers::barycentric_of;
-use crate::ground::site::{Lobe, Site};
+use crate::ground::atlas::barycentric_of;
+use crate::ground::sample_point::SamplePoint;
+use crate::ground::site::Site;
 use crate::steps::for_each_in_parallel;
 
 /// Points are pulled this far towards the middle of their face, so that rays never start exactly on an edge
 /// shared with another wall.
 const INSET: f32 = 2e-3;
-
-/// A point of a texel's surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct SamplePoint {
-    /// How much of what leaves the point gets away from the surface, percent; at least one. What lies under
-    /// a carpet or behind a panel is surface, but hardly anything sees it.
-    pub(crate) exposure: u8,
-    pub(crate) triangle: u32,
-    /// Barycentric weights of the second and third corner.
-    pub(crate) barycentric: Vec2,
-    /// World position, metres.
-    pub(crate) position: Vec3,
-    /// Unit geometric normal on the lit side.
-    pub(crate) normal: Vec3,
-}
-
-impl SamplePoint {
-    /// The point, moved off its surface.
-    pub(crate) fn outpost(&self, tracer: &Tracer) -> Outpost {
-        Outpost { origin: self.ray_origin(tracer), normal: self.normal }
-    }
-
-    /// How light that meets the point is weighed.
-    pub(crate) fn lobe(&self) -> Lobe {
-        Lobe::cosine(self.normal)
-    }
-
-    /// Where rays from the point start: moved off the surface.
-    pub(crate) fn ray_origin(&self, tracer: &Tracer) -> Vec3 {
-        self.position + self.normal * tracer.offset()
-    }
-}
 
 /// The points of all receivers' texels.
 #[derive(Clone, Debug, Default)]
@@ -221,6 +189,8 @@ fn exposure(tracer: &Tracer, point: &SamplePoint, distance: f32, seed: u32) -> u
 
 #[cfg(test)]
 mod tests {
+    use probelight_math::glam::Vec3;
+
     use super::*;
     use crate::small_scene::SmallScene;
 

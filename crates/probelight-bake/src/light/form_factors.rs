@@ -10,7 +10,8 @@ use probelight_math::sampling::{hash_pair, sobol_owen, unit_from_bits};
 use probelight_scene::Bounds;
 use probelight_trace::Tracer;
 
-use crate::ground::site::{Lobe, Place};
+use crate::ground::sample_point::Lobe;
+use crate::ground::site::Place;
 use crate::light::emitters::{EmitterPatch, Emitters};
 use crate::transport::gather::GatherRay;
 
@@ -128,8 +129,8 @@ mod tests {
     use probelight_scene::{Material, Scene};
 
     use super::*;
+    use crate::ground::sample_point::SamplePoint;
     use crate::ground::site::Site;
-    use crate::ground::texel_points::SamplePoint;
     use crate::transport::gather::gather_rays;
 
     const HALF_SIDE: f32 = 0.5;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use probelight_asset::{LightSample, Surfel, SurfelGroup};
+use probelight_asset::{LightSample, NONE, Surfel, SurfelGroup};
 use probelight_math::color::srgb8_from_linear;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_scene::Bounds;
@@ -12,17 +12,82 @@ use crate::air::limits::HIDDEN_EXPOSURE;
 use crate::ground::Groundwork;
 use crate::ground::atlas::Atlas;
 use crate::ground::receivers::Receiver;
+use crate::ground::sample_point::SamplePoint;
 use crate::ground::site::Site;
-use crate::ground::texel_points::{SamplePoint, keep_exposed};
+use crate::ground::texel_points::keep_exposed;
 use crate::light::surfels::SurfelTree;
-use crate::partition::KdRule;
+use crate::partition::{KdRule, by_air_space};
 
 /// A surfel's width that a unit difference of normals counts as: faces at right angles part.
 const WIDTHS_PER_NORMAL: f32 = 1.5;
 
+impl SurfelTree {
+    /// Surfels of the settings' size, with at most so many light samples each.
+    pub(crate) fn build(ground: &Groundwork) -> Self {
+        let builder = Builder::new(ground);
+        let mut tree = Self {
+            surfel_of_texel: vec![NONE; ground.atlas.width as usize * ground.atlas.height as usize],
+            ..Self::default()
+        };
+        let mut group_sizes = Vec::new();
+        for group in by_air_space(&ground.sites) {
+            for side in by_side(&ground.sites, group) {
+                builder.add_patch(side, &mut tree, &mut group_sizes);
+            }
+        }
+        for [texel, source] in &ground.receivers.dilation {
+            tree.surfel_of_texel[*texel as usize] = tree.surfel_of_texel[*source as usize];
+        }
+        tree.number_groups(group_sizes);
+        tree
+    }
+
+    /// One surfel for each relight ray that hits a surface, as the paper has it; and the surfel of each ray.
+    pub(crate) fn of_relight_hits(ground: &Groundwork) -> (Self, Vec<u32>) {
+        let Groundwork { directions, probes, .. } = ground;
+        let mut tree = Self::default();
+        let of_ray = ground
+            .relight_hits
+            .iter()
+            .enumerate()
+            .map(|(i, hit)| {
+                let Some(hit) = hit else { return NONE };
+                let (probe, direction) =
+                    (probes.positions[i / directions.len()], directions[i % directions.len()]);
+                let first_sample = tree.light_samples.len() as u32;
+                let position = probe + direction * hit.distance;
+                tree.light_samples.push(light_sample_at(&ground.tracer, &ground.atlas, hit, position));
+                tree.surfels.push(Surfel { first_sample, sample_count: 1 });
+                first_sample
+            })
+            .collect();
+        (tree, of_ray)
+    }
+
+    /// Replaces the builder's numbers of groups by the asset's, now that the surfels are counted.
+    fn number_groups(&mut self, group_sizes: Vec<u32>) {
+        let surfels = self.surfels.len() as u32;
+        for group in &mut self.groups {
+            group.children = group.children.map(|child| Patch::decode(child).number(surfels));
+        }
+        self.sizes.extend(group_sizes);
+        self.parents = vec![NONE; self.patches()];
+        self.surfel_counts = vec![1; self.surfels.len()];
+        for group in &self.groups {
+            let [a, b] = group.children.map(|child| self.surfel_counts[child as usize]);
+            self.surfel_counts.push(a + b);
+        }
+        for (g, group) in (surfels..).zip(&self.groups) {
+            for child in group.children {
+                self.parents[child as usize] = g;
+            }
+        }
+    }
+}
+
 /// A surfel or group while the number of surfels is not known yet.
 #[derive(Clone, Copy)]
-pub(crate) enum Patch {
+enum Patch {
     Surfel(u32),
     Group(u32),
 }
@@ -37,11 +102,11 @@ impl Patch {
         }
     }
 
-    pub(crate) fn decode(code: u32) -> Self {
+    fn decode(code: u32) -> Self {
         if code & Self::GROUP_BIT == 0 { Self::Surfel(code) } else { Self::Group(code & !Self::GROUP_BIT) }
     }
 
-    pub(crate) fn number(self, surfels: u32) -> u32 {
+    fn number(self, surfels: u32) -> u32 {
         match self {
             Self::Surfel(s) => s,
             Self::Group(g) => surfels + g,
@@ -67,7 +132,7 @@ pub(crate) fn by_side(sites: &[Site], group: Vec<u32>) -> Vec<Vec<u32>> {
 }
 
 /// Halves receivers into patches.
-pub(crate) struct Builder<'a> {
+struct Builder<'a> {
     ground: &'a Groundwork,
     /// Tells how large a patch is.
     shape: KdRule,
@@ -78,7 +143,7 @@ pub(crate) struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     /// For surfels of the settings' size.
-    pub(crate) fn new(ground: &'a Groundwork) -> Self {
+    fn new(ground: &'a Groundwork) -> Self {
         let size = ground.settings.surfel_size;
         let rule = |by_outlook| KdRule { meters_per_normal: WIDTHS_PER_NORMAL * size, by_outlook };
         Self { ground, shape: rule(false), rule: rule(true), size }
@@ -89,12 +154,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds the patch of a group of receivers, smaller patches first.
-    pub(crate) fn add_patch(
-        &self,
-        group: Vec<u32>,
-        tree: &mut SurfelTree,
-        group_sizes: &mut Vec<u32>,
-    ) -> Patch {
+    fn add_patch(&self, group: Vec<u32>, tree: &mut SurfelTree, group_sizes: &mut Vec<u32>) -> Patch {
         let size = self.area(&group);
         let (first, second) = if self.shape.extent(&self.ground.sites, &group) > self.size {
             self.rule.split(&self.ground.sites, group)
@@ -210,7 +270,7 @@ fn points_within(points: &[TexelPoint], share: f32) -> usize {
 }
 
 /// The light sample where a ray hits.
-pub(crate) fn light_sample_at(tracer: &Tracer, atlas: &Atlas, hit: &Hit, position: Vec3) -> LightSample {
+fn light_sample_at(tracer: &Tracer, atlas: &Atlas, hit: &Hit, position: Vec3) -> LightSample {
     let scene = tracer.scene();
     let triangle = hit.triangle as usize;
     let base_color = scene.base_color_texel(triangle, hit.barycentric).truncate();

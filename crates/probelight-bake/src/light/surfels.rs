@@ -6,10 +6,7 @@
 use probelight_asset::{LightSample, NONE, Surfel, SurfelGroup};
 use probelight_trace::Hit;
 
-use crate::ground::Groundwork;
 use crate::ground::atlas::Atlas;
-use crate::light::surfel_builder::{Builder, Patch, by_side, light_sample_at};
-use crate::partition::by_air_space;
 
 /// The surfels of a scene and the groups above them, in the asset's numbering.
 #[derive(Clone, Debug, Default)]
@@ -20,7 +17,7 @@ pub(crate) struct SurfelTree {
     /// Exposed areas of the surfels, then of the groups, up to a common factor.
     pub(crate) sizes: Vec<u32>,
     /// Number of surfels in each patch.
-    surfel_counts: Vec<u32>,
+    pub(crate) surfel_counts: Vec<u32>,
     /// The group that each surfel, then each group is part of, or [`NONE`] for those in none.
     pub(crate) parents: Vec<u32>,
     /// Surfel of each lightmap texel that a lookup in a chart may touch, else [`NONE`].
@@ -28,48 +25,6 @@ pub(crate) struct SurfelTree {
 }
 
 impl SurfelTree {
-    /// Surfels of the settings' size, with at most so many light samples each.
-    pub(crate) fn build(ground: &Groundwork) -> Self {
-        let builder = Builder::new(ground);
-        let mut tree = Self {
-            surfel_of_texel: vec![NONE; ground.atlas.width as usize * ground.atlas.height as usize],
-            ..Self::default()
-        };
-        let mut group_sizes = Vec::new();
-        for group in by_air_space(&ground.sites) {
-            for side in by_side(&ground.sites, group) {
-                builder.add_patch(side, &mut tree, &mut group_sizes);
-            }
-        }
-        for [texel, source] in &ground.receivers.dilation {
-            tree.surfel_of_texel[*texel as usize] = tree.surfel_of_texel[*source as usize];
-        }
-        tree.number_groups(group_sizes);
-        tree
-    }
-
-    /// One surfel for each relight ray that hits a surface, as the paper has it; and the surfel of each ray.
-    pub(crate) fn of_relight_hits(ground: &Groundwork) -> (Self, Vec<u32>) {
-        let Groundwork { directions, probes, .. } = ground;
-        let mut tree = Self::default();
-        let of_ray = ground
-            .relight_hits
-            .iter()
-            .enumerate()
-            .map(|(i, hit)| {
-                let Some(hit) = hit else { return NONE };
-                let (probe, direction) =
-                    (probes.positions[i / directions.len()], directions[i % directions.len()]);
-                let first_sample = tree.light_samples.len() as u32;
-                let position = probe + direction * hit.distance;
-                tree.light_samples.push(light_sample_at(&ground.tracer, &ground.atlas, hit, position));
-                tree.surfels.push(Surfel { first_sample, sample_count: 1 });
-                first_sample
-            })
-            .collect();
-        (tree, of_ray)
-    }
-
     /// Number of surfels and groups.
     pub(crate) fn patches(&self) -> usize {
         self.surfels.len() + self.groups.len()
@@ -94,26 +49,6 @@ impl SurfelTree {
     pub(crate) fn surfel_of_texel(&self, texel: u32) -> u32 {
         self.surfel_of_texel.get(texel as usize).copied().unwrap_or(NONE)
     }
-
-    /// Replaces the builder's numbers of groups by the asset's, now that the surfels are counted.
-    fn number_groups(&mut self, group_sizes: Vec<u32>) {
-        let surfels = self.surfels.len() as u32;
-        for group in &mut self.groups {
-            group.children = group.children.map(|child| Patch::decode(child).number(surfels));
-        }
-        self.sizes.extend(group_sizes);
-        self.parents = vec![NONE; self.patches()];
-        self.surfel_counts = vec![1; self.surfels.len()];
-        for group in &self.groups {
-            let [a, b] = group.children.map(|child| self.surfel_counts[child as usize]);
-            self.surfel_counts.push(a + b);
-        }
-        for (g, group) in (surfels..).zip(&self.groups) {
-            for child in group.children {
-                self.parents[child as usize] = g;
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -123,6 +58,8 @@ mod tests {
     use probelight_math::glam::Vec3;
 
     use super::*;
+    use crate::light::surfel_builder::by_side;
+    use crate::partition::by_air_space;
     use crate::small_scene::SmallScene;
 
     /// Texels of the receivers of each surfel.

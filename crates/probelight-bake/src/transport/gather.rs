@@ -4,7 +4,8 @@ use probelight_math::glam::Vec3;
 use probelight_math::sampling::{hash_pair, sobol_owen};
 use probelight_trace::{Hit, Ray, Tracer};
 
-use crate::ground::site::{Lobe, Place};
+use crate::ground::sample_point::Lobe;
+use crate::ground::site::Place;
 
 /// A gather ray and where it ends.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use probelight_asset::NONE;
 
 use crate::air::limits::MAX_UNLIT_SHARE_OF_POINT;
 use crate::ground::Groundwork;
-use crate::ground::site::Lobe;
+use crate::ground::sample_point::Lobe;
 use crate::light::surfels::SurfelTree;
 use crate::transport::gather::{GatherRay, gather_rays};
 
