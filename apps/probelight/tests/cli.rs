@@ -412,11 +412,10 @@ fn an_interrupted_bake_ends_with_130_and_leaves_no_half_file() {
     let mut first = String::new();
     said.read_line(&mut first).unwrap();
     assert!(!first.is_empty());
-    let rest = std::thread::spawn(move || std::io::copy(&mut said, &mut std::io::sink()));
     let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(signal.success());
+    std::io::copy(&mut said, &mut std::io::sink()).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    rest.join().unwrap().unwrap();
     assert!(!place.path("a.plight").exists());
     let left = place.names();
     assert!(left.iter().all(|name| !name.starts_with(".probelight")), "{left:?}");

@@ -10,8 +10,7 @@ pub(super) const MAX_BACK_SHARE: f32 = 0.25;
 /// Share of a place's rays that may meet unlit sides before it is no place to measure light.
 pub(super) const MAX_UNLIT_SHARE: f32 = 0.2;
 
-/// Share of a surface point's rays that may end on unlit sides before the point lies inside a solid. Larger than that of
-/// places: a point sees a hemisphere, half of which may be the foot of what stands beside it.
+/// Share of the rays of a point of a texel that may end on unlit sides before the point lies inside a solid.
 pub(crate) const MAX_UNLIT_SHARE_OF_POINT: f32 = 0.3;
 
 /// Places in open air tried for sight of a point, nearest first.

@@ -160,7 +160,7 @@ impl<'a> Air<'a> {
             let offset = place - point.origin;
             offset.dot(point.normal) >= SMALLEST_COSINE * offset.length()
         };
-        self.open.nearest_visible(self.tracer, point.origin, PLACES_TRIED, faces).is_some()
+        self.open.nearest_visible(self.tracer, point.origin, PLACES_TRIED, faces).next().is_some()
     }
 
     /// Whether a walk over surfaces leads from a point to the sky, to an emissive face or into sight of open air.

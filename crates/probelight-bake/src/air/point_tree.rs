@@ -55,15 +55,16 @@ impl PointTree {
         })
     }
 
-    /// The nearest wanted point that is visible from a place; looked for among the `tried` nearest points.
+    /// Numbers of the wanted points that are visible from a place, nearest first, among the `tried` nearest of all. Each
+    /// is looked for when it is asked for.
     pub(crate) fn nearest_visible(
         &self,
         tracer: &Tracer,
         from: Vec3,
         tried: usize,
         is_wanted: impl Fn(Vec3) -> bool,
-    ) -> Option<u32> {
-        self.by_distance(from).take(tried).find(|point| {
+    ) -> impl Iterator<Item = u32> {
+        self.by_distance(from).take(tried).filter(move |point| {
             let position = self.positions[*point as usize];
             is_wanted(position) && tracer.is_visible(from, position)
         })

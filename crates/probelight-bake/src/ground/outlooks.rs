@@ -31,7 +31,7 @@ pub(crate) fn find_outlooks(
     let spaces = connect_probes(tracer, probes, directions, relight_hits, progress)?;
     let outlook = |receiver: &Receiver| {
         let origin = receiver.ray_origin(tracer);
-        let probe = probes.nearest_visible(tracer, origin, PROBES_TRIED_FOR_OUTLOOK, |_| true)?;
+        let probe = probes.nearest_visible(tracer, origin, PROBES_TRIED_FOR_OUTLOOK, |_| true).next()?;
         let (position, air_space) = (probes.positions[probe as usize], spaces[probe as usize]);
         Some(Outlook { probe, position, air_space })
     };

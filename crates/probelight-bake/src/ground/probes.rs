@@ -84,5 +84,5 @@ fn cover_receivers(
 fn sees_a_probe(tracer: &Tracer, receiver: &Receiver, probes: &PointTree) -> bool {
     let origin = receiver.ray_origin(tracer);
     let is_before = |probe: Vec3| (probe - origin).dot(receiver.normal) > 0.0;
-    probes.nearest_visible(tracer, origin, PROBES_TRIED_IN_PLACING, is_before).is_some()
+    probes.nearest_visible(tracer, origin, PROBES_TRIED_IN_PLACING, is_before).next().is_some()
 }

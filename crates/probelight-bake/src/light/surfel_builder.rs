@@ -183,9 +183,7 @@ impl<'a> Builder<'a> {
     }
 
     fn is_hidden(&self, receiver: u32) -> bool {
-        let points = self.ground.points.of(receiver);
-        let exposure: u32 = points.iter().map(|point| u32::from(point.exposure)).sum();
-        exposure < HIDDEN_EXPOSURE * points.len() as u32
+        self.area(&[receiver]) < HIDDEN_EXPOSURE * self.ground.points.of(receiver).len() as u32
     }
 
     fn add_surfel(&self, group: &[u32], tree: &mut SurfelTree) -> Patch {

@@ -6,7 +6,7 @@ use probelight_asset::{BakeSettings, Method, Metric, Storage};
 use probelight_trace::Tracer;
 
 use super::scale::Scale;
-use super::{BakeOptions, SignalPlan, SurfaceSignals};
+use super::{BakeOptions, Preset, SignalPlan, SurfaceSignals};
 use crate::BakeError;
 
 /// Default texel edge as a share of the typical free distance.
@@ -228,13 +228,7 @@ impl BakeOptions {
             None => default_spacings(scale.unit, estimated_texel_size),
         };
         let receivers = scale.area / f64::from(estimated_texel_size).powi(2);
-        let budget =
-            |option: Option<u32>, budget: u64| (plan.fills_ray_budgets && option.is_none()).then_some(budget);
-        let gather_rays = plan.gather_rays_factor * preset.gather_rays;
-        let (probes, per_cluster) = (plan.probes_per_cluster, plan.receivers_per_cluster);
-        let probes_per_cluster = within("the probes per cluster", self.probes_per_cluster, probes, 1..=40)?;
-        let receivers_per_cluster =
-            within("the receivers per cluster", self.receivers_per_cluster, per_cluster, 16..=4096)?;
+        let [gather_rays, relight_rays] = self.rays(&plan, &preset)?;
         let surfel_size = positive("the surfel size", self.surfel_size)?;
         let byte_price = positive("the price of a byte", self.byte_price)?;
         let default_price = BytePrice::FromReceivers(preset.byte_price, preset.full_price_receivers);
@@ -255,18 +249,22 @@ impl BakeOptions {
                 .map_or(SurfelSize::About(scale.free_distance * SURFEL_PER_FREE_DISTANCE), SurfelSize::Fixed),
             samples_per_surfel: within("the samples per surfel", self.samples_per_surfel, 16, 1..=64)?,
             near_radius: positive("the near radius", self.near_radius)?,
-            gather_rays: Rays {
-                fewest: within("the gather rays", self.gather_rays, gather_rays, 16..=65_536)?,
-                budget: budget(self.gather_rays, preset.gather_ray_budget),
-            },
-            relight_rays: Rays {
-                fewest: within("the relight rays", self.relight_rays, 512, 16..=16_384)?,
-                budget: budget(self.relight_rays, preset.relight_ray_budget),
-            },
+            gather_rays,
+            relight_rays,
             sh_degree: within("the SH degree", self.sh_degree, 7, 0..=11)?,
             max_rank: within("the rank", self.max_rank, default_rank, 1..=HIGHEST_RANK)?,
-            probes_per_cluster,
-            receivers_per_cluster,
+            probes_per_cluster: within(
+                "the probes per cluster",
+                self.probes_per_cluster,
+                plan.probes_per_cluster,
+                1..=40,
+            )?,
+            receivers_per_cluster: within(
+                "the receivers per cluster",
+                self.receivers_per_cluster,
+                plan.receivers_per_cluster,
+                16..=4096,
+            )?,
             blend_borders: self.blend_borders.unwrap_or(plan.blend_borders),
             byte_price: byte_price.map_or(default_price, BytePrice::Fixed),
         })
@@ -279,6 +277,23 @@ impl BakeOptions {
             (Some(error), None) => ErrorGoal::AtMost(error),
             (error, _) => ErrorGoal::About(error.unwrap_or(default)),
         })
+    }
+
+    /// Gather rays of a receiver and relight rays of a probe. A number that was asked for does not grow.
+    fn rays(&self, plan: &SignalPlan, preset: &Preset) -> Result<[Rays; 2], BakeError> {
+        let gather_rays = plan.gather_rays_factor * preset.gather_rays;
+        let budget =
+            |option: Option<u32>, budget: u64| (plan.fills_ray_budgets && option.is_none()).then_some(budget);
+        Ok([
+            Rays {
+                fewest: within("the gather rays", self.gather_rays, gather_rays, 16..=65_536)?,
+                budget: budget(self.gather_rays, preset.gather_ray_budget),
+            },
+            Rays {
+                fewest: within("the relight rays", self.relight_rays, 512, 16..=16_384)?,
+                budget: budget(self.relight_rays, preset.relight_ray_budget),
+            },
+        ])
     }
 
     fn density(&self, free_distance: f32, max_receivers: u32) -> Result<TexelDensity, BakeError> {

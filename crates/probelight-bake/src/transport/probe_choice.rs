@@ -75,12 +75,8 @@ fn find_candidates(ground: &Groundwork, group: &[u32]) -> Vec<u32> {
     for site in group.iter().step_by(group.len().div_ceil(SCOUTS)) {
         let site = &sites[*site as usize];
         let origin = site.ray_origin(tracer);
-        let seen = probes
-            .nearest(origin, PROBES_TRIED_PER_SCOUT)
-            .into_iter()
-            .filter(|p| tracer.is_visible(origin, probes.positions[*p as usize]))
-            .take(CANDIDATES_PER_SCOUT);
-        candidates.extend(seen);
+        let seen = probes.nearest_visible(tracer, origin, PROBES_TRIED_PER_SCOUT, |_| true);
+        candidates.extend(seen.take(CANDIDATES_PER_SCOUT));
     }
     candidates.into_iter().collect()
 }

@@ -55,7 +55,7 @@ impl ProbeRadiance {
     /// Tabulates the basis for the relight directions and makes all probes dark.
     pub fn new(baked: &BakedScene) -> Self {
         let table = Panels::new(RelightTable::new(baked));
-        let (rays, coefficients) = (table.table.rays, table.table.coefficients);
+        let (rays, coefficients) = (table.table.rays(), table.table.coefficients);
         let stride = coefficients.next_multiple_of(LANES);
         Self {
             stride,
@@ -89,7 +89,7 @@ impl ProbeRadiance {
     /// Projects the radiance that the plan's relight rays bring, given that of the surfels, to as many coefficients.
     pub fn relight_probes(&mut self, baked: &BakedScene, plan: &FramePlan, surfels: &[Vec3]) {
         let Self { stride, table, sky, radiance, .. } = self;
-        let (rays, stride) = (table.table.rays, *stride);
+        let (rays, stride) = (table.table.rays(), *stride);
         if rays == 0 {
             return;
         }
@@ -150,10 +150,10 @@ impl RayView<'_> {
 impl Panels {
     fn new(table: RelightTable) -> Self {
         let panels = table.coefficients.div_ceil(LANES);
-        let mut lanes = vec![[0.0; LANES]; panels * table.rays];
+        let mut lanes = vec![[0.0; LANES]; panels * table.rays()];
         for (ray, values) in table.basis.chunks_exact(table.coefficients).enumerate() {
             for (j, value) in values.iter().enumerate() {
-                lanes[j / LANES * table.rays + ray][j % LANES] = *value;
+                lanes[j / LANES * table.rays() + ray][j % LANES] = *value;
             }
         }
         Self { table, lanes: lanes.into_iter().map(Lanes::new).collect() }
@@ -168,7 +168,7 @@ impl Panels {
         scratch: &mut [Vec3],
         values: &mut [f32],
     ) {
-        let (stored, rays) = (self.table.rays, extent.rays as usize);
+        let (stored, rays) = (self.table.rays(), extent.rays as usize);
         if rays == 0 {
             return;
         }

@@ -9,9 +9,6 @@ const PREFIXES: u32 = 4;
 /// Basis values with the quadrature weights of all rays, and by which factors those of shorter prefixes differ.
 #[derive(Debug)]
 pub(crate) struct RelightTable {
-    /// Rays of a probe.
-    #[cfg(any(feature = "cpu", test))]
-    pub(crate) rays: usize,
     /// Coefficients of a probe.
     pub(crate) coefficients: usize,
     /// Weighted basis values: all of the first ray, all of the second, …
@@ -32,19 +29,19 @@ impl RelightTable {
             let ratio = |(weight, of_all): (f32, &f32)| if *of_all == 0.0 { 0.0 } else { weight / of_all };
             weights.extend(weights_of(rays as usize).into_iter().zip(&of_all).map(ratio));
         }
-        Self {
-            #[cfg(any(feature = "cpu", test))]
-            rays: directions.len(),
-            coefficients: baked.coefficients(),
-            basis: basis_table(directions, &of_all, degree),
-            weights,
-        }
+        Self { coefficients: baked.coefficients(), basis: basis_table(directions, &of_all, degree), weights }
+    }
+
+    /// Rays of a probe.
+    #[cfg(any(feature = "cpu", test))]
+    pub(crate) fn rays(&self) -> usize {
+        self.basis.len() / self.coefficients
     }
 
     /// The factors of a prefix of so many rays.
     #[cfg(any(feature = "cpu", test))]
     pub(crate) fn weights_of(&self, rays: u32) -> &[f32] {
-        &self.weights[first_weight(self.rays as u32, rays) as usize..][..rays as usize]
+        &self.weights[first_weight(self.rays() as u32, rays) as usize..][..rays as usize]
     }
 }
 
