@@ -1,88 +1,13 @@
 //! The program as a user meets it: exit codes, messages, files.
 
+mod workplace;
+
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
+use std::process::Command;
 
-use serde_json::Value;
-use tempfile::TempDir;
-
-const SETUP: &str = r#"{ "version": 1, "name": "test", "scene": "cornell.glb", "use_emissive": false,
-  "lights": [{"type": "point", "position": [2.78, 4.6, 2.8], "intensity": [12, 11, 9]}],
-  "cameras": [{"name": "front", "position": [2.78, 2.73, -8], "target": [2.78, 2.73, 0], "up": [0, 1, 0],
-               "vfov_deg": 39.3, "width": 48, "height": 32}] }"#;
-
-/// Rows on the floor and on the left wall, and one in free space.
-const POINTS: &str = "\
-position_x,position_y,position_z,normal_x,normal_y,normal_z,kind
-1.0,0,1.0,0,1,0,0
-4.5,0,0.8,0,1,0,0
-0.6,0,4.9,0,1,0,0
-2.7,2.5,1.0,0,1,0,1
-";
-
-/// A folder with a setup and a table of points.
-struct Workplace {
-    folder: TempDir,
-}
-
-impl Workplace {
-    fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("setup.json"), SETUP).unwrap();
-        fs::write(folder.path().join("points.csv"), POINTS).unwrap();
-        fs::copy(bundled("cornell.glb"), folder.path().join("cornell.glb")).unwrap();
-        Self { folder }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    /// Runs the program in the folder; arguments are separated by spaces.
-    fn run(&self, arguments: &str) -> Output {
-        let arguments = arguments.split_whitespace();
-        Command::new(env!("CARGO_BIN_EXE_probelight"))
-            .args(arguments)
-            .current_dir(&self.folder)
-            .output()
-            .unwrap()
-    }
-
-    /// Runs the program, which must succeed, and returns its standard output.
-    fn succeed(&self, arguments: &str) -> String {
-        let output = self.run(arguments);
-        assert!(output.status.success(), "{arguments}: {}", text(&output.stderr));
-        text(&output.stdout)
-    }
-
-    /// As [`Self::succeed`] with `--json`: standard output must be one JSON object.
-    fn json(&self, arguments: &str) -> Value {
-        let value: Value = serde_json::from_str(&self.succeed(&format!("{arguments} --json"))).unwrap();
-        assert!(value.is_object());
-        value
-    }
-
-    fn bake(&self) {
-        self.succeed("bake cornell.glb -o cornell.plight --receivers 600 --rays 64 --relight-rays 64");
-    }
-
-    fn names(&self) -> Vec<String> {
-        let entries = fs::read_dir(&self.folder).unwrap();
-        let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-}
-
-fn bundled(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/scenes").join(name)
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
+use workplace::{Workplace, bundled, text};
 
 fn is_png(path: &Path) -> bool {
     fs::read(path).unwrap().starts_with(b"\x89PNG")
@@ -298,100 +223,6 @@ fn help_completions_and_manual_pages_are_there() {
     assert!(place.succeed("completions bash").contains("--texel-density"));
     place.succeed("man pages");
     assert!(fs::read_to_string(place.path("pages/probelight-bake.1")).unwrap().contains("receivers"));
-}
-
-/// (arguments, exit code, what standard error must say)
-const BAD_INVOCATIONS: &[(&str, i32, &str)] = &[
-    ("frobnicate", 2, "unrecognized subcommand"),
-    ("bake cornell.glb", 2, "--out"),
-    ("bake cornell.glb -o a.plight --receivers many", 2, "invalid value"),
-    ("bake cornell.glb -o a.plight --receivers 5 --texel-density 2", 2, "cannot be used with"),
-    ("bake cornell.glb -o a.plight --threads 0", 2, "invalid value"),
-    ("bake cornell.glb -o a.plight --sh-degree 99", 1, "0 to 11"),
-    ("bake cornell.glb -o a.plight --texel-density -1", 2, ""),
-    ("bake cornell.glb -o a.plight --error 0", 1, "must be positive"),
-    ("bake cornell.glb -o a.plight --quality best", 2, "production"),
-    ("bake cornell.glb -o a.plight --method magic", 2, "hybrid"),
-    ("bake none.glb -o a.plight", 1, "none.glb"),
-    ("bake setup.json -o a.plight", 1, "setup.json"),
-    ("bake cornell.glb -o none/a.plight", 1, "the folder none does not exist"),
-    ("bake cornell.glb -o .", 1, "is a folder"),
-    ("bake cornell.glb -o cornell.glb", 1, "also an input"),
-    ("bake cornell.glb -o setup.json/a.plight", 1, "not a folder"),
-    ("info cornell.glb", 1, "cornell.glb"),
-    ("info none.plight", 1, "none.plight"),
-    ("info none.plight --error-map a.exr", 1, "must end in .png"),
-    ("info none.plight --error-map none/a.png", 1, "the folder none does not exist"),
-    ("render cornell.glb -o a.jpg", 1, ".png"),
-    ("render cornell.glb -o a.png --setup setup.json --camera side", 1, "front"),
-    ("render cornell.glb -o a.png --setup none.json", 1, "none.json"),
-    ("render cornell.glb -o a.png --setup points.csv", 1, "points.csv"),
-    ("render cornell.glb -o a.png --size 0x9", 2, "pixels"),
-    ("render cornell.glb -o a.png --exposure nan", 2, "expected a number"),
-    ("render cornell.glb -o a.png --samples 0", 2, "0"),
-    ("render cornell.glb -o a.png --view sky", 2, "lightmap-texels"),
-    ("render cornell.glb -o a.png --backend cpu --view probes", 1, "--backend gpu"),
-    ("render cornell.glb -o a.png --backend cpu --shading physical", 1, "--backend gpu"),
-    ("render cornell.glb -o a.png --adapter no-such-gpu", 1, "GPU"),
-    ("reference cornell.glb --setup setup.json -o a.png", 2, "--camera"),
-    (
-        "reference cornell.glb --setup setup.json --camera front --points points.csv -o a.png",
-        2,
-        "cannot be used",
-    ),
-    ("reference cornell.glb --setup setup.json --points points.csv -o a.png", 1, ".csv"),
-    ("reference cornell.glb --setup setup.json --points setup.json -o a.csv", 1, "setup.json"),
-    ("eval none.plight --setup setup.json --points points.csv", 1, ""),
-    ("eval cornell.glb --setup setup.json --points none.csv", 1, "none.csv"),
-    ("demo --scene palace", 2, "atrium"),
-    ("demo --scene cornell -o setup.json", 1, "setup.json"),
-    ("completions tcsh2", 2, "bash"),
-];
-
-#[test]
-fn bad_invocations_say_what_is_wrong_and_leave_nothing_behind() {
-    let place = Workplace::new();
-    let before = place.names();
-    for (arguments, code, message) in BAD_INVOCATIONS {
-        let output = place.run(arguments);
-        let shown = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(*code), "{arguments}: {shown}");
-        assert!(shown.contains(message), "{arguments}: {shown}");
-        assert!(!shown.contains("panicked") && !shown.contains("backtrace"), "{arguments}: {shown}");
-        assert!(output.stdout.is_empty(), "{arguments}");
-        assert_eq!(place.names(), before, "{arguments}");
-    }
-}
-
-#[test]
-fn a_cut_off_baked_file_is_refused() {
-    let place = Workplace::new();
-    place.bake();
-    let bytes = fs::read(place.path("cornell.plight")).unwrap();
-    fs::write(place.path("cut.plight"), &bytes[..bytes.len() / 2]).unwrap();
-    for command in ["info cut.plight", "render cut.plight -o a.png"] {
-        let output = place.run(command);
-        assert_eq!(output.status.code(), Some(1), "{command}");
-        assert!(text(&output.stderr).contains("cut.plight"), "{command}: {}", text(&output.stderr));
-    }
-}
-
-/// Elsewhere there is always a display.
-#[cfg(all(target_os = "linux", feature = "window"))]
-#[test]
-fn without_a_display_view_names_another_command_before_it_bakes() {
-    let place = Workplace::new();
-    let output = Command::new(env!("CARGO_BIN_EXE_probelight"))
-        .args(["view", "cornell.glb", "--setup", "setup.json"])
-        .current_dir(&place.folder)
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .env_remove("WAYLAND_SOCKET")
-        .output()
-        .unwrap();
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.starts_with("error: no display: use `probelight render`"), "{said}");
 }
 
 /// Ctrl-C in the middle of a bake that would take minutes.

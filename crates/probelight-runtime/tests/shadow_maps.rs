@@ -50,7 +50,7 @@ fn surface_samples(scene: &Scene, count: usize) -> Vec<Sample> {
 
 /// Whether a point lies within a solid, or where another one touches it: nothing there is ever seen or lit.
 fn is_hidden(tracer: &Tracer, sample: &Sample) -> bool {
-    let ray = Ray::new(sample.position + sample.normal * tracer.offset(), sample.normal);
+    let ray = Ray::new(tracer.off_surface(sample.position, sample.normal), sample.normal);
     tracer
         .closest_hit(&ray)
         .is_some_and(|hit| hit.is_back_face && !tracer.scene().material(hit.triangle as usize).double_sided)

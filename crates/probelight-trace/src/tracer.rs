@@ -90,6 +90,13 @@ impl Tracer {
         self.offset
     }
 
+    /// Where rays from a point of a surface start: moved off it by [`Self::offset`] towards `normal` (unit).
+    #[must_use]
+    #[inline]
+    pub fn off_surface(&self, position: Vec3, normal: Vec3) -> Vec3 {
+        position + normal * self.offset
+    }
+
     /// Unit geometric normal of a triangle's front face.
     pub fn front_normal(&self, triangle: u32) -> Vec3 {
         self.normals[triangle as usize]

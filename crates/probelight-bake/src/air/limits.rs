@@ -66,5 +66,8 @@ pub(crate) const EXPOSURE_RAYS: u32 = 8;
 /// Points less exposed than the best beside them by this factor do not count.
 pub(crate) const LEAST_EXPOSURE: u32 = 4;
 
+/// Share of a texel's points that must be exposed before the hidden ones do not count.
+pub(crate) const SMALLEST_EXPOSED_SHARE: f32 = 0.5;
+
 /// Mean exposure below which a texel's surface is hidden, percent.
 pub(crate) const HIDDEN_EXPOSURE: u32 = 50;

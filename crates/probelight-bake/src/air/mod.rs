@@ -91,7 +91,7 @@ impl Outpost {
     /// The end of a ray.
     fn at_end(tracer: &Tracer, ray: &Ray, hit: &Hit) -> Self {
         let position = ray.origin + ray.direction * hit.distance;
-        Self { origin: position + hit.normal * tracer.offset(), normal: hit.normal }
+        Self { origin: tracer.off_surface(position, hit.normal), normal: hit.normal }
     }
 }
 
@@ -209,10 +209,11 @@ impl<'a> Air<'a> {
         let inside = || self.surveys.iter().filter(|survey| bounds.contains(survey.position));
         let solid = inside().filter(|survey| !survey.is_open()).count();
         (solid as f32 > MAX_SOLID_SHARE * inside().count() as f32).then(|| Warning {
-            message: "places in closed spaces show back faces only and stay dark; if this is a room seen from within, \
-                      turn its faces round or make its materials double-sided"
-                .into(),
-            count: solid,
+            message: format!(
+                "{solid} places in closed spaces show back faces only and stay dark; if this is a room seen from \
+                 within, turn its faces round or make its materials double-sided"
+            ),
+            count: 1,
         })
     }
 }

@@ -162,7 +162,7 @@ impl<'a> Side<'a> {
     fn outpost(&self, point: Vec2) -> Outpost {
         let normal = self.tracer().side_normal(self.triangle, self.is_back);
         let position = self.tracer().scene().position(self.triangle as usize, point);
-        Outpost { origin: position + normal * self.tracer().offset(), normal }
+        Outpost { origin: self.tracer().off_surface(position, normal), normal }
     }
 
     fn inner_point(&self, i: u32) -> Vec2 {

@@ -45,7 +45,7 @@ pub(crate) struct Receiver {
 impl Receiver {
     /// Where rays from the receiver start: its sample point, moved off the surface.
     pub(crate) fn ray_origin(&self, tracer: &Tracer) -> Vec3 {
-        self.position + self.normal * tracer.offset()
+        tracer.off_surface(self.position, self.normal)
     }
 
     /// The receiver as a place that gathers light. Texels whose coordinates both have k trailing zero bits belong to

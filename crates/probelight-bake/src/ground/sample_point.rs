@@ -36,7 +36,7 @@ impl SamplePoint {
 
     /// Where rays from the point start: moved off the surface.
     pub(crate) fn ray_origin(&self, tracer: &Tracer) -> Vec3 {
-        self.position + self.normal * tracer.offset()
+        tracer.off_surface(self.position, self.normal)
     }
 }
 

@@ -44,7 +44,7 @@ pub(crate) struct Place<'a> {
 impl Site {
     /// Where rays from the site start: moved off the surface.
     pub(crate) fn ray_origin(&self, tracer: &Tracer) -> Vec3 {
-        self.position + self.normal * tracer.offset()
+        tracer.off_surface(self.position, self.normal)
     }
 
     /// The air space it lies in; `None` where no probe sees it.

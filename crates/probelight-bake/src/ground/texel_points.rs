@@ -10,7 +10,7 @@ use probelight_trace::{Progress, Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::BakeError;
-use crate::air::limits::{EXPOSURE_RAYS, FULL_EXPOSURE, LEAST_EXPOSURE, PROBES_TRIED_PER_POINT};
+use crate::air::limits::{EXPOSURE_RAYS, FULL_EXPOSURE, LEAST_EXPOSURE, PROBES_TRIED_PER_POINT, SMALLEST_EXPOSED_SHARE};
 use crate::air::point_tree::PointTree;
 use crate::ground::atlas::Atlas;
 use crate::ground::atlas::barycentric_of;
@@ -34,9 +34,9 @@ pub(crate) struct TexelPoints {
 pub(crate) const POINTS_PER_TEXEL: u32 = 8;
 
 impl TexelPoints {
-    /// The points that can be seen, with their exposure over a texel's width: those that see the site's outlook or one
-    /// of the probes nearest to it, and are not much less exposed than others of the texel. The others lie under
-    /// furniture that stands on the texel. Where none sees a probe, all stay.
+    /// The points that count, with their exposure over a texel's width. Points that see neither the site's outlook nor
+    /// one of the probes nearest to it, or that are much less exposed than others, lie under furniture that stands on
+    /// the texel and must not darken what is beside it. Where they are most of the texel it lies in a gap, and all count.
     pub(crate) fn in_sight(
         &self,
         tracer: &Tracer,
@@ -53,13 +53,14 @@ impl TexelPoints {
                 let mut probes = outlook.iter().chain(&near).map(|p| probes.positions[*p as usize]);
                 probes.any(|probe| tracer.is_visible(point.ray_origin(tracer), probe))
             };
-            let all = self.of(r);
-            let seen: Vec<SamplePoint> = all.iter().filter(sees_a_probe).copied().collect();
-            let mut points = if seen.is_empty() { all.to_vec() } else { seen };
-            for (i, point) in (0..).zip(&mut points) {
+            let mut all = self.of(r).to_vec();
+            for (i, point) in (0..).zip(&mut all) {
                 point.exposure = exposure(tracer, point, texel_size, hash_pair(site.seed, i));
             }
-            keep_exposed(points, |point| point.exposure)
+            let seen: Vec<SamplePoint> = all.iter().filter(sees_a_probe).copied().collect();
+            let exposed = keep_exposed(seen, |point| point.exposure);
+            let is_gap = (exposed.len() as f32) < SMALLEST_EXPOSED_SHARE * all.len() as f32;
+            if is_gap { all } else { exposed }
         };
         let sites = (0..sites.len() as u32).into_par_iter();
         Ok(Self::of_texels(&for_each_in_parallel("measuring exposure", sites, progress, keep)?))

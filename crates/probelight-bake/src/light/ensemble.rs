@@ -221,7 +221,7 @@ impl LitSurfel {
     fn follow_ray(&mut self, input: Input<'_>, lightings: &[Lighting], sample: &LightSample, u: Vec2) {
         let normal = normal_of(&input.ground.tracer, sample);
         let direction = world_from_tangent(normal) * cosine_hemisphere_from_square(u);
-        let origin = sample.position + normal * input.ground.tracer.offset();
+        let origin = input.ground.tracer.off_surface(sample.position, normal);
         let Some(hit) = input.ground.tracer.closest_hit(&Ray::new(origin, direction)) else {
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
                 if let Lighting::Sky(sky) = lighting {

@@ -87,7 +87,7 @@ impl Emitters {
                 let (triangle, barycentric) = patch.point(u);
                 let normal = tracer.front_normal(triangle);
                 let position =
-                    tracer.scene().position(triangle as usize, barycentric) + normal * tracer.offset();
+                    tracer.off_surface(tracer.scene().position(triangle as usize, barycentric), normal);
                 let offset = position - origin;
                 let squared = offset.length_squared().max(f32::MIN_POSITIVE);
                 let direction = offset / squared.sqrt();

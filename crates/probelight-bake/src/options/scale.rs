@@ -86,7 +86,7 @@ fn free_distances(tracer: &Tracer) -> Vec<f32> {
         .filter_map(|(i, sample)| {
             let local = cosine_hemisphere_from_square(sobol_owen(i as u32, 23));
             let ray = Ray::new(
-                sample.position + sample.normal * tracer.offset(),
+                tracer.off_surface(sample.position, sample.normal),
                 world_from_tangent(sample.normal) * local,
             );
             tracer.closest_hit(&ray).filter(|hit| !hit.is_back_face).map(|hit| hit.distance)

@@ -43,7 +43,7 @@ impl GatherRay {
     pub(crate) fn end(&self, tracer: &Tracer) -> GatherHit {
         match self.hit {
             Some(hit) => GatherHit::Surface {
-                position: self.origin + self.direction * hit.distance + hit.normal * tracer.offset(),
+                position: tracer.off_surface(self.origin + self.direction * hit.distance, hit.normal),
                 normal: hit.normal,
             },
             None => GatherHit::Sky(self.direction),

@@ -55,6 +55,15 @@ impl Glb {
         self.push("accessors", accessor)
     }
 
+    /// Gives the triangle a material with a PNG image of these bytes.
+    pub(crate) fn add_image(&mut self, bytes: &[u8]) {
+        let view = self.push_view(bytes);
+        self.push("images", json!({"bufferView": view, "mimeType": "image/png"}));
+        self.push("textures", json!({"source": 0}));
+        self.push("materials", json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}));
+        self.primitive()["material"] = json!(0);
+    }
+
     /// Appends floating-point elements as an accessor; returns its index.
     pub(crate) fn push_floats(&mut self, kind: &str, numbers: &[f32]) -> usize {
         let components = kind[3..].parse::<usize>().unwrap();

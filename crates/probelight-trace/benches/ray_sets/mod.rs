@@ -24,7 +24,7 @@ pub(crate) fn gather_rays(tracer: &Tracer, receivers: u32) -> Vec<Ray> {
         let triangle = cumulative.partition_point(|sum| *sum <= wanted).min(cumulative.len() - 1);
         let at = triangle_from_square(rng.next_vec2());
         let normal = tracer.front_normal(triangle as u32);
-        let origin = scene.position(triangle, at) + normal * tracer.offset();
+        let origin = tracer.off_surface(scene.position(triangle, at), normal);
         let frame = world_from_tangent(normal);
         rays.extend(
             (0..RAYS_PER_RECEIVER).map(|ray| {
@@ -49,7 +49,7 @@ pub(crate) fn visibility_segments(tracer: &Tracer, gather_rays: &[Ray]) -> Vec<R
         });
         for ray in of_receiver.iter().step_by(8) {
             let Some(hit) = tracer.closest_hit(ray) else { continue };
-            let origin = ray.origin + ray.direction * hit.distance + hit.normal * tracer.offset();
+            let origin = tracer.off_surface(ray.origin + ray.direction * hit.distance, hit.normal);
             segments.extend(probes.iter().map(|probe| Ray {
                 origin,
                 direction: *probe - origin,

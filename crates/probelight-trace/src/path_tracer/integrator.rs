@@ -93,7 +93,7 @@ impl PathTracer {
     pub(super) fn cosine_ray(&self, surface: Surface, sampler: &mut Sampler) -> (Ray, f32) {
         let local = cosine_hemisphere_from_square(sampler.next_pair());
         let direction = world_from_tangent(surface.normal) * local;
-        let origin = surface.position + surface.normal * self.tracer.offset();
+        let origin = self.tracer.off_surface(surface.position, surface.normal);
         (Ray::new(origin, direction), local.z * FRAC_1_PI)
     }
 
@@ -131,7 +131,7 @@ impl PathTracer {
         let scene = self.tracer.scene();
         let point = self.emitters.sample(scene, sampler.next_pair());
         let emitter_normal = self.tracer.front_normal(point.triangle);
-        let origin = surface.position + surface.normal * self.tracer.offset();
+        let origin = self.tracer.off_surface(surface.position, surface.normal);
         let to_emitter = point.position - origin;
         let squared_distance = to_emitter.length_squared();
         let direction = to_emitter / squared_distance.sqrt();
@@ -139,7 +139,7 @@ impl PathTracer {
         if !(cosine > 0.0 && emitter_cosine > 0.0) {
             return Vec3::ZERO;
         }
-        let target = point.position + emitter_normal * self.tracer.offset();
+        let target = self.tracer.off_surface(point.position, emitter_normal);
         if !self.tracer.is_visible(origin, target) {
             return Vec3::ZERO;
         }
