@@ -28,6 +28,7 @@ use crate::ground::outlooks::find_outlooks;
 use crate::ground::probes::place_probes;
 use crate::ground::receivers::{Receivers, place_receivers};
 use crate::ground::relight::trace_relight_rays;
+use crate::ground::sample_point::SamplePoint;
 use crate::ground::site::{Place, Site};
 use crate::ground::texel_points::TexelPoints;
 use crate::options::{Decided, ErrorGoal, SignalPlan};
@@ -54,7 +55,7 @@ pub(crate) struct Groundwork {
     pub(crate) receivers: Receivers,
     /// The places that gather light: the receivers', with the same numbers.
     pub(crate) sites: Vec<Site>,
-    /// The points of each receiver's texel that can be seen.
+    /// The points of each receiver's texel that count.
     pub(crate) points: TexelPoints,
     pub(crate) probes: PointTree,
     /// Unit directions of the relight rays.
@@ -80,7 +81,7 @@ pub(crate) fn prepare(
     let air = Air::survey(&tracer, wishes.voxel_size, reach, progress)?;
     let lit_sides = LitSides::find(&air, progress)?;
     let layout = fit_layout(&tracer, &lit_sides, &seams, &wishes, progress)?;
-    let receivers = place_receivers(&air, &layout.atlas, &lit_sides, progress)?;
+    let (receivers, points) = place_receivers(&air, &layout.atlas, &lit_sides, progress)?;
     let probes = place_probes(&air, &wishes, &lit_sides, &receivers.receivers, progress)?;
     let settings = wishes.settle(Decided {
         texels_per_meter: layout.texels_per_meter,
@@ -99,7 +100,7 @@ pub(crate) fn prepare(
         .map(|(receiver, outlook)| receiver.site(outlook, layout.atlas.width))
         .collect();
     let texel_size = 1.0 / settings.texels_per_meter;
-    let points = receivers.points.in_sight(&tracer, &sites, &probes, texel_size, progress)?;
+    let points = points.in_sight(&tracer, &sites, &probes, texel_size, progress)?;
     Ok(Groundwork {
         warnings: [far_away(tracer.scene()), air.warning(), layout.warning].into_iter().flatten().collect(),
         scene_hash,
@@ -148,7 +149,8 @@ fn far_away(scene: &Scene) -> Option<Warning> {
 impl Groundwork {
     /// A site and its points.
     pub(crate) fn place(&self, site: u32) -> Place<'_> {
-        Place { site: &self.sites[site as usize], points: self.points.of(site) }
+        let points = self.points.of(site).iter().map(|point| SamplePoint::on_surface(&self.tracer, point));
+        Place { site: &self.sites[site as usize], points: points.collect() }
     }
 
     /// How clusters of sites are divided: those facing opposite ways before those half a full cluster's width apart.

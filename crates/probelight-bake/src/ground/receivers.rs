@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::BakeError;
 use crate::air::{Air, LitSides, Outpost};
 use crate::ground::atlas::{Atlas, barycentric_of};
-use crate::ground::sample_point::SamplePoint;
+use crate::ground::sample_point::SurfacePoint;
 use crate::ground::site::{Outlook, Site};
 use crate::ground::texel_points::{
     FacePoint, POINTS_PER_TEXEL, TexelPoints, Window, point_on_face, spread_points, texels_around,
@@ -61,8 +61,6 @@ impl Receiver {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Receivers {
     pub(crate) receivers: Vec<Receiver>,
-    /// Points on each receiver's texel; its irradiance is the mean of theirs.
-    pub(crate) points: TexelPoints,
     /// (texel, receiver texel of the same chart to copy from).
     pub(crate) dilation: Vec<[u32; 2]>,
     /// Chart texels, valid or not.
@@ -94,43 +92,45 @@ impl Coverage {
 /// Points tried on texels whose first points are all hidden.
 const POINTS_OF_HIDDEN_TEXELS: u32 = 64;
 
-/// Finds the receivers of an atlas.
+/// Finds the receivers of an atlas, and the open points on each one's texel; its irradiance is the mean of theirs.
 pub(crate) fn place_receivers(
     air: &Air<'_>,
     atlas: &Atlas,
     lit_sides: &LitSides,
     progress: &dyn Progress,
-) -> Result<Receivers, BakeError> {
+) -> Result<(Receivers, TexelPoints), BakeError> {
     let needed = rasterize_conservatively(atlas);
     let covered: Vec<(u32, Coverage)> = needed.iter().filter(|(_, c)| c.is_covered).copied().collect();
     let finder = PointFinder { air, atlas, lit_sides, progress };
-    let (receivers, points): (Vec<Receiver>, Vec<Vec<SamplePoint>>) = covered
+    let (receivers, points): (Vec<Receiver>, Vec<Vec<SurfacePoint>>) = covered
         .iter()
         .zip(finder.open_points(&covered)?)
-        .filter_map(|(texel, open)| receiver(atlas, texel, open))
+        .filter_map(|(texel, open)| receiver(air.tracer(), texel, open))
         .unzip();
-    Ok(Receivers {
-        points: TexelPoints::of_texels(&points),
+    let receivers = Receivers {
         dilation: dilate_charts(atlas, &needed, &receivers),
         chart_texels: covered.len() as u64,
         invalid_texels: (covered.len() - receivers.len()) as u64,
         receivers,
-    })
+    };
+    Ok((receivers, TexelPoints::of_texels(&points)))
 }
 
 /// The receiver of a texel at the first of its open points, and the points that its rays start from: the others, or
 /// that one where there are no others.
 fn receiver(
-    atlas: &Atlas,
+    tracer: &Tracer,
     (texel, coverage): &(u32, Coverage),
-    mut open: Vec<SamplePoint>,
-) -> Option<(Receiver, Vec<SamplePoint>)> {
-    let SamplePoint { triangle, barycentric, position, normal, .. } = *open.first()?;
-    let (chart, is_back_face) = (coverage.chart, atlas.is_back_face(coverage.face));
+    mut open: Vec<SurfacePoint>,
+) -> Option<(Receiver, Vec<SurfacePoint>)> {
+    let point = *open.first()?;
+    let SurfacePoint { triangle, barycentric, is_back_face, .. } = point;
+    let (position, normal) = (point.position(tracer), point.normal(tracer));
     if open.len() > 1 {
         open.remove(0);
     }
-    Some((Receiver { texel: *texel, chart, triangle, barycentric, is_back_face, position, normal }, open))
+    let (texel, chart) = (*texel, coverage.chart);
+    Some((Receiver { texel, chart, triangle, barycentric, is_back_face, position, normal }, open))
 }
 
 /// Finds the points of texels that are open.
@@ -143,7 +143,7 @@ struct PointFinder<'a> {
 
 impl PointFinder<'_> {
     /// Open points of each texel, that at its middle or nearest to it first. None lies inside a solid.
-    fn open_points(&self, texels: &[(u32, Coverage)]) -> Result<Vec<Vec<SamplePoint>>, BakeError> {
+    fn open_points(&self, texels: &[(u32, Coverage)]) -> Result<Vec<Vec<SurfacePoint>>, BakeError> {
         let middle = |(_, coverage): &(u32, Coverage)| vec![self.point(coverage.face, coverage.nearest)];
         let by_any_way = |point: &Outpost, seed| self.air.is_open(point, seed);
         let whole = |(texel, c): &(u32, Coverage)| Window::whole(self.atlas, *texel, c.chart);
@@ -179,19 +179,19 @@ impl PointFinder<'_> {
         texels: &[(u32, Coverage)],
         window: impl Fn(&(u32, Coverage)) -> Window,
         count: u32,
-        special: impl Fn(&(u32, Coverage)) -> Vec<SamplePoint> + Sync,
+        special: impl Fn(&(u32, Coverage)) -> Vec<SurfacePoint> + Sync,
         is_open: impl Fn(&Outpost, u32) -> bool + Sync,
-    ) -> Result<Vec<Vec<SamplePoint>>, BakeError> {
+    ) -> Result<Vec<Vec<SurfacePoint>>, BakeError> {
         let tracer = self.air.tracer();
         let windows: Vec<Window> = texels.iter().map(window).collect();
         let spread = spread_points(self.atlas, &windows, count);
         let open = |(texel, spread): (&(u32, Coverage), Vec<FacePoint>)| {
-            let middle = self.point(texel.1.face, texel.1.nearest).position;
-            let spread = spread.into_iter().map(|p| point_on_face(tracer, self.atlas, p.face, p.barycentric));
+            let middle = self.point(texel.1.face, texel.1.nearest).position(tracer);
+            let spread = spread.into_iter().map(|p| point_on_face(self.atlas, p.face, p.barycentric));
             let points = (0..).zip(special(texel).into_iter().chain(spread));
             let points = points.filter(|(i, point)| is_open(&point.outpost(tracer), hash_pair(texel.0, *i)));
-            let mut points: Vec<SamplePoint> = points.map(|(_, point)| point).collect();
-            let distance = |p: &SamplePoint| p.position.distance_squared(middle);
+            let mut points: Vec<SurfacePoint> = points.map(|(_, point)| point).collect();
+            let distance = |p: &SurfacePoint| p.position(tracer).distance_squared(middle);
             let nearest =
                 (0..points.len()).min_by(|a, b| distance(&points[*a]).total_cmp(&distance(&points[*b])));
             if let Some(nearest) = nearest {
@@ -204,20 +204,15 @@ impl PointFinder<'_> {
     }
 
     /// Points of rims, by the texel in which they lie.
-    fn rims(&self) -> HashMap<u32, Vec<SamplePoint>> {
-        let mut rims: HashMap<u32, Vec<SamplePoint>> = HashMap::new();
+    fn rims(&self) -> HashMap<u32, Vec<SurfacePoint>> {
+        let mut rims: HashMap<u32, Vec<SurfacePoint>> = HashMap::new();
         for face in
             (0..self.atlas.faces.len() as u32).filter(|face| self.atlas.face_charts[*face as usize] != NONE)
         {
             let triangle = self.atlas.face_triangles[face as usize];
             for point in self.lit_sides.rim(triangle, self.atlas.is_back_face(face)) {
                 let texel = self.atlas.texel_at(self.atlas.faces[face as usize].position(*point));
-                rims.entry(texel).or_default().push(point_on_face(
-                    self.air.tracer(),
-                    self.atlas,
-                    face,
-                    *point,
-                ));
+                rims.entry(texel).or_default().push(point_on_face(self.atlas, face, *point));
             }
         }
         rims
@@ -229,9 +224,9 @@ impl PointFinder<'_> {
     }
 
     /// The point of a face at a position in the lightmap.
-    fn point(&self, face: u32, position: Vec2) -> SamplePoint {
+    fn point(&self, face: u32, position: Vec2) -> SurfacePoint {
         let barycentric = barycentric_of(position, self.atlas.faces[face as usize].corners);
-        point_on_face(self.air.tracer(), self.atlas, face, barycentric)
+        point_on_face(self.atlas, face, barycentric)
     }
 }
 

@@ -8,35 +8,51 @@ use probelight_trace::Tracer;
 
 use crate::air::Outpost;
 
-/// A point of a texel's surface.
+/// A point of a surface. There are millions: what follows from its triangle is not stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct SamplePoint {
-    /// How much of what leaves the point gets away from the surface, percent; at least one. What lies under
-    /// a carpet or behind a panel is surface, but hardly anything sees it.
-    pub(crate) exposure: u8,
+pub(crate) struct SurfacePoint {
     pub(crate) triangle: u32,
     /// Barycentric weights of the second and third corner.
     pub(crate) barycentric: Vec2,
+    /// Whether it lies on the triangle's back face.
+    pub(crate) is_back_face: bool,
+    /// How much of what leaves the point gets away from the surface, percent; at least one. What lies under
+    /// a carpet or behind a panel is surface, but hardly anything sees it.
+    pub(crate) exposure: u8,
+}
+
+impl SurfacePoint {
     /// World position, metres.
-    pub(crate) position: Vec3,
-    /// Unit geometric normal on the lit side.
-    pub(crate) normal: Vec3,
+    pub(crate) fn position(&self, tracer: &Tracer) -> Vec3 {
+        tracer.scene().position(self.triangle as usize, self.barycentric)
+    }
+
+    /// Unit geometric normal on its side.
+    pub(crate) fn normal(&self, tracer: &Tracer) -> Vec3 {
+        tracer.side_normal(self.triangle, self.is_back_face)
+    }
+
+    /// The point, moved off its surface.
+    pub(crate) fn outpost(&self, tracer: &Tracer) -> Outpost {
+        let normal = self.normal(tracer);
+        Outpost { origin: tracer.off_surface(self.position(tracer), normal), normal }
+    }
+}
+
+/// A point that a site's rays start from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SamplePoint {
+    /// Where they start, metres: off any surface.
+    pub(crate) origin: Vec3,
+    /// How light that meets the point is weighed.
+    pub(crate) lobe: Lobe,
 }
 
 impl SamplePoint {
-    /// The point, moved off its surface.
-    pub(crate) fn outpost(&self, tracer: &Tracer) -> Outpost {
-        Outpost { origin: self.ray_origin(tracer), normal: self.normal }
-    }
-
-    /// How light that meets the point is weighed.
-    pub(crate) fn lobe(&self) -> Lobe {
-        Lobe::cosine(self.normal)
-    }
-
-    /// Where rays from the point start: moved off the surface.
-    pub(crate) fn ray_origin(&self, tracer: &Tracer) -> Vec3 {
-        tracer.off_surface(self.position, self.normal)
+    /// On a surface.
+    pub(crate) fn on_surface(tracer: &Tracer, point: &SurfacePoint) -> Self {
+        let Outpost { origin, normal } = point.outpost(tracer);
+        Self { origin, lobe: Lobe::cosine(normal) }
     }
 }
 

@@ -38,7 +38,7 @@ pub(crate) struct Outlook {
 /// A site and the points that its rays start from.
 pub(crate) struct Place<'a> {
     pub(crate) site: &'a Site,
-    pub(crate) points: &'a [SamplePoint],
+    pub(crate) points: Vec<SamplePoint>,
 }
 
 impl Site {

@@ -10,11 +10,14 @@ use probelight_trace::{Progress, Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::BakeError;
-use crate::air::limits::{EXPOSURE_RAYS, FULL_EXPOSURE, LEAST_EXPOSURE, PROBES_TRIED_PER_POINT, SMALLEST_EXPOSED_SHARE};
+use crate::air::Outpost;
+use crate::air::limits::{
+    EXPOSURE_RAYS, FULL_EXPOSURE, LEAST_EXPOSURE, PROBES_TRIED_PER_POINT, SMALLEST_EXPOSED_SHARE,
+};
 use crate::air::point_tree::PointTree;
 use crate::ground::atlas::Atlas;
 use crate::ground::atlas::barycentric_of;
-use crate::ground::sample_point::SamplePoint;
+use crate::ground::sample_point::SurfacePoint;
 use crate::ground::site::Site;
 use crate::steps::for_each_in_parallel;
 
@@ -25,7 +28,7 @@ const INSET: f32 = 2e-3;
 /// The points of all receivers' texels.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TexelPoints {
-    points: Vec<SamplePoint>,
+    points: Vec<SurfacePoint>,
     /// First point of each receiver, and the end of the last one's.
     first_points: Vec<u32>,
 }
@@ -38,42 +41,52 @@ impl TexelPoints {
     /// one of the probes nearest to it, or that are much less exposed than others, lie under furniture that stands on
     /// the texel and must not darken what is beside it. Where they are most of the texel it lies in a gap, and all count.
     pub(crate) fn in_sight(
-        &self,
+        self,
         tracer: &Tracer,
         sites: &[Site],
         probes: &PointTree,
         texel_size: f32,
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
-        let keep = |r: u32| {
+        let exposures = |r: u32| {
             let site = &sites[r as usize];
             let near = probes.nearest(site.position, PROBES_TRIED_PER_POINT);
             let outlook = site.outlook.map(|outlook| outlook.probe);
-            let sees_a_probe = |point: &&SamplePoint| {
+            let sees_a_probe = |point: &Outpost| {
                 let mut probes = outlook.iter().chain(&near).map(|p| probes.positions[*p as usize]);
-                probes.any(|probe| tracer.is_visible(point.ray_origin(tracer), probe))
+                probes.any(|probe| tracer.is_visible(point.origin, probe))
             };
-            let mut all = self.of(r).to_vec();
-            for (i, point) in (0..).zip(&mut all) {
-                point.exposure = exposure(tracer, point, texel_size, hash_pair(site.seed, i));
-            }
-            let seen: Vec<SamplePoint> = all.iter().filter(sees_a_probe).copied().collect();
-            let exposed = keep_exposed(seen, |point| point.exposure);
-            let is_gap = (exposed.len() as f32) < SMALLEST_EXPOSED_SHARE * all.len() as f32;
-            if is_gap { all } else { exposed }
+            let look = |(i, point): (u32, &SurfacePoint)| {
+                let point = point.outpost(tracer);
+                (sees_a_probe(&point), exposure(tracer, &point, texel_size, hash_pair(site.seed, i)))
+            };
+            let exposed: Vec<(bool, u8)> = (0..).zip(self.of(r)).map(look).collect();
+            exposures_that_count(&exposed)
         };
-        let sites = (0..sites.len() as u32).into_par_iter();
-        Ok(Self::of_texels(&for_each_in_parallel("measuring exposure", sites, progress, keep)?))
+        let numbers = (0..sites.len() as u32).into_par_iter();
+        let exposures = for_each_in_parallel("measuring exposure", numbers, progress, exposures)?;
+        Ok(self.with_exposures(&exposures))
+    }
+
+    /// The points with an exposure, and that.
+    fn with_exposures(&self, exposures: &[Vec<Option<u8>>]) -> Self {
+        let mut counting = Self { points: Vec::new(), first_points: vec![0] };
+        for (r, exposures) in (0..).zip(exposures) {
+            let points = self.of(r).iter().zip(exposures);
+            counting.points.extend(points.filter_map(|(p, e)| Some(SurfacePoint { exposure: (*e)?, ..*p })));
+            counting.first_points.push(counting.points.len() as u32);
+        }
+        counting
     }
 
     /// Points on a receiver's texel; at least one.
-    pub(crate) fn of(&self, receiver: u32) -> &[SamplePoint] {
+    pub(crate) fn of(&self, receiver: u32) -> &[SurfacePoint] {
         let receiver = receiver as usize;
         &self.points[self.first_points[receiver] as usize..self.first_points[receiver + 1] as usize]
     }
 
     /// The points of texels, receiver by receiver.
-    pub(crate) fn of_texels(points: &[Vec<SamplePoint>]) -> Self {
+    pub(crate) fn of_texels(points: &[Vec<SurfacePoint>]) -> Self {
         let ends = points.iter().scan(0, |end, points| {
             *end += points.len() as u32;
             Some(*end)
@@ -156,30 +169,42 @@ pub(crate) fn texels_around(atlas: &Atlas, corners: [Vec2; 3]) -> impl Iterator<
 }
 
 /// A point of a face, pulled a little towards its middle.
-pub(crate) fn point_on_face(tracer: &Tracer, atlas: &Atlas, face: u32, barycentric: Vec2) -> SamplePoint {
-    let triangle = atlas.face_triangles[face as usize];
+pub(crate) fn point_on_face(atlas: &Atlas, face: u32, barycentric: Vec2) -> SurfacePoint {
     let barycentric = barycentric.lerp(Vec2::splat(1.0 / 3.0), INSET).clamp(Vec2::ZERO, Vec2::ONE);
-    SamplePoint {
+    SurfacePoint {
         exposure: FULL_EXPOSURE,
-        triangle,
+        triangle: atlas.face_triangles[face as usize],
         barycentric,
-        position: tracer.scene().position(triangle as usize, barycentric),
-        normal: tracer.side_normal(triangle, atlas.is_back_face(face)),
+        is_back_face: atlas.is_back_face(face),
     }
 }
 
 /// Leaves out points that are hidden while others beside them are exposed.
 pub(crate) fn keep_exposed<T>(mut points: Vec<T>, exposure: impl Fn(&T) -> u8) -> Vec<T> {
     let best = points.iter().map(&exposure).max().unwrap_or(0);
-    points.retain(|point| u32::from(exposure(point)) * LEAST_EXPOSURE >= u32::from(best));
+    points.retain(|point| is_exposed_beside(exposure(point), best));
     points
+}
+
+/// The exposures of a texel's points (whether each sees a probe, and its exposure); `None` for those that do not count.
+fn exposures_that_count(points: &[(bool, u8)]) -> Vec<Option<u8>> {
+    let best = points.iter().filter(|(sees, _)| *sees).map(|(_, exposure)| *exposure).max().unwrap_or(0);
+    let is_exposed = |(sees, exposure): &(bool, u8)| *sees && is_exposed_beside(*exposure, best);
+    let exposed = points.iter().filter(|point| is_exposed(point)).count();
+    let is_gap = (exposed as f32) < SMALLEST_EXPOSED_SHARE * points.len() as f32;
+    points.iter().map(|point| (is_gap || is_exposed(point)).then_some(point.1)).collect()
+}
+
+/// Whether a point's exposure is not much less than the best of those beside it.
+fn is_exposed_beside(exposure: u8, best: u8) -> bool {
+    u32::from(exposure) * LEAST_EXPOSURE >= u32::from(best)
 }
 
 /// Exposure of a point, percent: the cosine-weighted share of directions that are free over `distance` metres.
 /// Half of them count as all: in the corner of two walls no more than that is free, and the corner is seen as
 /// well as the walls are.
-fn exposure(tracer: &Tracer, point: &SamplePoint, distance: f32, seed: u32) -> u8 {
-    let (origin, frame) = (point.ray_origin(tracer), world_from_tangent(point.normal));
+fn exposure(tracer: &Tracer, point: &Outpost, distance: f32, seed: u32) -> u8 {
+    let (origin, frame) = (point.origin, world_from_tangent(point.normal));
     let is_free = |i: &u32| {
         let direction = frame * cosine_hemisphere_from_square(sobol_owen(*i, seed));
         !tracer.is_occluded(&Ray { origin, direction, max_distance: distance })
@@ -196,11 +221,22 @@ mod tests {
     use crate::small_scene::SmallScene;
 
     #[test]
+    fn hidden_points_count_where_they_are_most_of_a_texel() {
+        // Under furniture: seen by no probe, or much less exposed.
+        let beside_furniture = [(true, 100), (true, 60), (false, 50), (true, 10)];
+        assert_eq!(exposures_that_count(&beside_furniture), [Some(100), Some(60), None, None]);
+        let in_a_gap = [(true, 100), (false, 50), (false, 1), (true, 10)];
+        assert_eq!(exposures_that_count(&in_a_gap), [100, 50, 1, 10].map(Some));
+        assert_eq!(exposures_that_count(&[(false, 1)]), [Some(1)]);
+    }
+
+    #[test]
     fn exposure_is_full_on_open_floor_and_in_corners_and_least_under_the_lamp() {
         let scene = SmallScene::load("cornell_empty.glb");
         let exposure = |position, normal, distance| {
-            let point = SamplePoint { position, normal, ..SamplePoint::default() };
-            exposure(&scene.ground.tracer, &point, distance, 1)
+            let tracer = &scene.ground.tracer;
+            let point = Outpost { origin: tracer.off_surface(position, normal), normal };
+            exposure(tracer, &point, distance, 1)
         };
         assert_eq!(exposure(Vec3::new(2.0, 0.0, 2.0), Vec3::Y, 0.1), FULL_EXPOSURE);
         assert!(exposure(Vec3::new(0.01, 0.0, 2.0), Vec3::Y, 0.5) >= FULL_EXPOSURE / 2);

@@ -6,6 +6,7 @@
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
+use half::f16;
 use probelight_asset::{GAIN_STEPS, LightSample, NONE};
 use probelight_math::color::{linear_from_srgb8, luminance};
 use probelight_math::directions::weighted_basis;
@@ -36,8 +37,8 @@ pub(crate) struct LightEnsemble {
     scalars: Vec<f32>,
     /// Per probe and coefficient, then per lighting.
     probes: Vec<f32>,
-    /// Per surfel group, then per lighting: mean square of its surfels' radiance.
-    squares: Vec<f32>,
+    /// Per surfel group, then per lighting: standard deviation of its surfels' radiance.
+    deviations: Vec<f16>,
     /// How much each lighting counts; 1 on average.
     weights: Vec<f32>,
 }
@@ -58,9 +59,9 @@ impl LightEnsemble {
         &self.weights
     }
 
-    /// Mean square of the radiance of a group's surfels under each lighting.
-    pub(crate) fn square(&self, group: usize) -> &[f32] {
-        &self.squares[group * self.count..][..self.count]
+    /// Variance of the radiance of a group's surfels under each lighting.
+    pub(crate) fn variances(&self, group: usize) -> impl Iterator<Item = f32> {
+        self.deviations[group * self.count..][..self.count].iter().copied().map(variance)
     }
 }
 
@@ -82,10 +83,13 @@ impl LightEnsemble {
         let input = Input { ground, sources };
         let lightings = draw_lightings(ground, &sources.emitters);
         let (count, surfels) = (lightings.len(), input.sources.surfels.surfels.len());
-        let light = |surfel| LitSurfel::light(input, &lightings, surfel);
-        let surfels_to_light = (0..surfels).into_par_iter();
-        let lit = for_each_in_parallel("lighting with random lights", surfels_to_light, progress, light)?;
-        let mut radiance = bounce(&lit, count);
+        // One list for all, as those below: many small ones would not be given back.
+        let mut unbounced = vec![0.0; surfels * count];
+        let light = |(surfel, unbounced)| LitSurfel::light(input, &lightings, surfel, unbounced);
+        let surfels_to_light = (0..surfels).into_par_iter().zip(unbounced.par_chunks_mut(count.max(1)));
+        let bounces = for_each_in_parallel("lighting with random lights", surfels_to_light, progress, light)?;
+        let mut radiance = bounce(&unbounced, &bounces, count);
+        drop((unbounced, bounces));
         let scales = normalize(&mut radiance, &input.sources.surfels.sizes[..surfels], count);
         let weights = kind_weights(&lightings);
         let mut ensemble = Self { count, scalars: radiance, weights, ..Self::default() };
@@ -99,17 +103,21 @@ impl LightEnsemble {
     /// Appends the groups' radiance.
     fn add_groups(&mut self, tree: &SurfelTree) {
         let (count, surfels) = (self.count, tree.surfels.len());
+        self.scalars.reserve_exact(tree.groups.len() * count);
+        self.deviations.reserve_exact(tree.groups.len() * count);
         for group in &tree.groups {
             let w = group.first_weight;
             let [a, b] = group.children.map(|child| child as usize * count);
             for i in 0..count {
-                self.scalars.push(w * self.scalars[a + i] + (1.0 - w) * self.scalars[b + i]);
-                let square = |child: usize| match child.checked_sub(surfels * count) {
-                    Some(group) => self.squares[group + i],
-                    None => self.scalars[child + i] * self.scalars[child + i],
+                let [first, second] = [self.scalars[a + i], self.scalars[b + i]];
+                let within = |child: usize| match child.checked_sub(surfels * count) {
+                    Some(group) => variance(self.deviations[group + i]),
+                    None => 0.0,
                 };
-                let mean_square = w * square(a) + (1.0 - w) * square(b);
-                self.squares.push(mean_square);
+                let between = w * (1.0 - w) * (first - second).powi(2);
+                let deviation = (w * within(a) + (1.0 - w) * within(b) + between).sqrt();
+                self.scalars.push(w * first + (1.0 - w) * second);
+                self.deviations.push(f16::from_f32(deviation.min(f16::MAX.to_f32())));
             }
         }
     }
@@ -180,33 +188,36 @@ fn sky_of_directions(directions: &[Vec3], lightings: &[Lighting], scales: &[f32]
     directions.iter().flat_map(along).collect()
 }
 
-/// A surfel's light without bounces, and where its bounces come from.
+/// Where a surfel's bounced light comes from.
 #[derive(Clone, Debug, Default)]
-struct LitSurfel {
-    /// Radiance without bounces, per lighting.
-    unbounced: Vec<f32>,
+struct Bounces {
     /// Surfels that its rays meet, one entry for each such ray.
     seen: Vec<u32>,
     /// Share of the irradiance that each ray brings, times the albedo over π.
     weight: f32,
 }
 
-impl LitSurfel {
-    fn light(input: Input<'_>, lightings: &[Lighting], surfel: usize) -> Self {
+/// A surfel's light while it is found.
+struct LitSurfel<'a> {
+    /// Radiance without bounces, per lighting.
+    unbounced: &'a mut [f32],
+    bounces: Bounces,
+}
+
+impl LitSurfel<'_> {
+    /// Finds a surfel's radiance without bounces, and where its bounces come from.
+    fn light(input: Input<'_>, lightings: &[Lighting], surfel: usize, unbounced: &mut [f32]) -> Bounces {
         let surfel_samples = input.sources.surfels.surfels[surfel];
         let samples = &input.sources.surfels.light_samples[surfel_samples.first_sample as usize..]
             [..surfel_samples.sample_count as usize];
         let chosen: Vec<&LightSample> = samples.iter().step_by(samples.len().div_ceil(SAMPLES)).collect();
         let albedo =
             samples.iter().map(|s| albedo(&input.ground.tracer, s)).sum::<f32>() / samples.len() as f32;
-        let mut lit = Self {
-            unbounced: direct_irradiances(input, lightings, &chosen),
-            seen: Vec::new(),
-            weight: albedo * FRAC_1_PI * PI / RAYS as f32,
-        };
-        for irradiance in &mut lit.unbounced {
-            *irradiance *= albedo * FRAC_1_PI;
+        for (value, lighting) in unbounced.iter_mut().zip(lightings) {
+            *value = albedo * FRAC_1_PI * direct_irradiance_of(input, lighting, &chosen);
         }
+        let bounces = Bounces { seen: Vec::new(), weight: albedo * FRAC_1_PI * PI / RAYS as f32 };
+        let mut lit = LitSurfel { unbounced, bounces };
         for ray in 0..RAYS {
             let sample = chosen[ray as usize % chosen.len()];
             lit.follow_ray(input, lightings, sample, sobol_owen(ray, hash_pair(surfel as u32, 0x5e1f)));
@@ -214,7 +225,7 @@ impl LitSurfel {
         if input.ground.settings.sky_degree.is_none() {
             lit.add_own_emission(input, lightings, samples);
         }
-        lit
+        lit.bounces
     }
 
     /// Adds what one ray brings: the sky's or an emitter's light at once, a surfel's later.
@@ -225,7 +236,7 @@ impl LitSurfel {
         let Some(hit) = input.ground.tracer.closest_hit(&Ray::new(origin, direction)) else {
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
                 if let Lighting::Sky(sky) = lighting {
-                    *value += self.weight * sky.radiance(direction);
+                    *value += self.bounces.weight * sky.radiance(direction);
                 }
             }
             return;
@@ -233,13 +244,13 @@ impl LitSurfel {
         if let Some(signal) = input.sources.emitters.signal_of_hit(&hit) {
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
                 if matches!(lighting, Lighting::Emitter(e) if *e == signal) {
-                    *value += self.weight;
+                    *value += self.bounces.weight;
                 }
             }
         }
         let surfel = input.sources.surfels.surfel_of_hit(&input.ground.atlas, &hit);
         if surfel != NONE {
-            self.seen.push(surfel);
+            self.bounces.seen.push(surfel);
         }
     }
 
@@ -256,25 +267,12 @@ impl LitSurfel {
     }
 }
 
-/// Mean irradiance of some light samples straight from each analytic lighting.
-fn direct_irradiances(input: Input<'_>, lightings: &[Lighting], samples: &[&LightSample]) -> Vec<f32> {
-    let irradiance = |lighting: &Lighting| match lighting {
-        Lighting::Analytic(light) => {
-            let lights = std::slice::from_ref(light);
-            let at = |s: &&LightSample| {
-                direct_irradiance(
-                    &input.ground.tracer,
-                    lights,
-                    s.position,
-                    normal_of(&input.ground.tracer, s),
-                )
-                .x
-            };
-            samples.iter().map(at).sum::<f32>() / samples.len() as f32
-        }
-        _ => 0.0,
-    };
-    lightings.iter().map(irradiance).collect()
+/// Mean irradiance of some light samples straight from a lighting, if it is analytic.
+fn direct_irradiance_of(input: Input<'_>, lighting: &Lighting, samples: &[&LightSample]) -> f32 {
+    let Lighting::Analytic(light) = lighting else { return 0.0 };
+    let (tracer, lights) = (&input.ground.tracer, std::slice::from_ref(light));
+    let at = |s: &&LightSample| direct_irradiance(tracer, lights, s.position, normal_of(tracer, s)).x;
+    samples.iter().map(at).sum::<f32>() / samples.len() as f32
 }
 
 fn normal_of(tracer: &Tracer, sample: &LightSample) -> Vec3 {
@@ -288,17 +286,19 @@ fn albedo(tracer: &Tracer, sample: &LightSample) -> f32 {
 }
 
 /// The surfels' radiance per lighting, after some bounces.
-fn bounce(lit: &[LitSurfel], count: usize) -> Vec<f32> {
-    let mut radiance: Vec<f32> = lit.iter().flat_map(|surfel| surfel.unbounced.iter().copied()).collect();
+fn bounce(unbounced: &[f32], bounces: &[Bounces], count: usize) -> Vec<f32> {
+    let mut radiance = unbounced.to_vec();
+    let mut next = vec![0.0; radiance.len()];
     for _ in 0..BOUNCES {
-        let mut next = vec![0.0; radiance.len()];
-        next.par_chunks_mut(count.max(1)).zip(lit).for_each(|(next, surfel)| {
-            for seen in &surfel.seen {
-                add_scaled(next, surfel.weight, &radiance[*seen as usize * count..][..count]);
+        let surfels = next.par_chunks_mut(count.max(1)).zip(unbounced.par_chunks(count.max(1))).zip(bounces);
+        surfels.for_each(|((next, unbounced), Bounces { seen, weight })| {
+            next.fill(0.0);
+            for seen in seen {
+                add_scaled(next, *weight, &radiance[*seen as usize * count..][..count]);
             }
-            add_scaled(next, 1.0, &surfel.unbounced);
+            add_scaled(next, 1.0, unbounced);
         });
-        radiance = next;
+        std::mem::swap(&mut radiance, &mut next);
     }
     radiance
 }
@@ -315,6 +315,10 @@ fn normalize(radiance: &mut [f32], sizes: &[u32], count: usize) -> Vec<f32> {
         values.iter_mut().zip(&scales).for_each(|(value, scale)| *value *= scale);
     }
     scales
+}
+
+fn variance(deviation: f16) -> f32 {
+    deviation.to_f32().powi(2)
 }
 
 /// `sums += factor · values`.

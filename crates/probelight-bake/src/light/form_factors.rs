@@ -82,7 +82,7 @@ impl Emitters {
             let (first, drawn) = sampling.points(p, place.site.seed, half as u32);
             for sample in first..first + drawn {
                 let point = &place.points[sample as usize % place.points.len()];
-                let origin = point.ray_origin(tracer);
+                let origin = point.origin;
                 let u = sobol_owen(sample, hash_pair(place.site.seed, 0x5eed ^ p));
                 let (triangle, barycentric) = patch.point(u);
                 let normal = tracer.front_normal(triangle);
@@ -91,7 +91,7 @@ impl Emitters {
                 let offset = position - origin;
                 let squared = offset.length_squared().max(f32::MIN_POSITIVE);
                 let direction = offset / squared.sqrt();
-                let values = (point.lobe().value(direction), -normal.dot(direction));
+                let values = (point.lobe.value(direction), -normal.dot(direction));
                 if values.0 > 0.0 && values.1 > 0.0 && tracer.is_visible(origin, position) {
                     let weight = balanced_weight(*samples, ray_count, patch.area(), values, squared);
                     sums[patch.signal as usize] +=
@@ -129,7 +129,7 @@ mod tests {
     use probelight_scene::{Material, Scene};
 
     use super::*;
-    use crate::ground::sample_point::SamplePoint;
+    use crate::ground::sample_point::{Lobe, SamplePoint};
     use crate::ground::site::Site;
     use crate::transport::gather::gather_rays;
 
@@ -184,8 +184,8 @@ mod tests {
         let mut sums = [0.0];
         for seed in 0..sites {
             let site = Site { seed, normal: Vec3::Y, ..Site::default() };
-            let points = [SamplePoint { normal: Vec3::Y, ..SamplePoint::default() }];
-            let place = Place { site: &site, points: &points };
+            let points = vec![SamplePoint { origin: Vec3::ZERO, lobe: Lobe::cosine(Vec3::Y) }];
+            let place = Place { site: &site, points };
             let rays: Vec<GatherRay> =
                 if with_rays { gather_rays(tracer, &place, RAYS, 0).concat() } else { Vec::new() };
             emitters.add_form_factors(tracer, &place, sampling, 0, &rays, &mut sums);

@@ -12,7 +12,7 @@ use crate::air::limits::HIDDEN_EXPOSURE;
 use crate::ground::Groundwork;
 use crate::ground::atlas::Atlas;
 use crate::ground::receivers::Receiver;
-use crate::ground::sample_point::SamplePoint;
+use crate::ground::sample_point::SurfacePoint;
 use crate::ground::site::Site;
 use crate::ground::texel_points::keep_exposed;
 use crate::light::surfels::SurfelTree;
@@ -38,6 +38,7 @@ impl SurfelTree {
         for [texel, source] in &ground.receivers.dilation {
             tree.surfel_of_texel[*texel as usize] = tree.surfel_of_texel[*source as usize];
         }
+        tree.light_samples.shrink_to_fit();
         tree.number_groups(group_sizes);
         tree
     }
@@ -118,7 +119,9 @@ impl Patch {
 #[derive(Clone, Copy)]
 struct TexelPoint {
     receiver: u32,
-    point: SamplePoint,
+    point: SurfacePoint,
+    /// World position, metres.
+    position: Vec3,
 }
 
 /// Parts a group by the side its receivers face: floors from ceilings, and from walls.
@@ -189,12 +192,15 @@ impl<'a> Builder<'a> {
     fn add_surfel(&self, group: &[u32], tree: &mut SurfelTree) -> Patch {
         let surfel = tree.surfels.len() as u32;
         let first_sample = tree.light_samples.len() as u32;
-        let points: Vec<TexelPoint> = group
-            .iter()
-            .flat_map(|r| {
-                self.ground.points.of(*r).iter().map(|point| TexelPoint { receiver: *r, point: *point })
-            })
-            .collect();
+        let of_texel = |receiver: u32| {
+            let point = |point: &SurfacePoint| TexelPoint {
+                receiver,
+                point: *point,
+                position: point.position(&self.ground.tracer),
+            };
+            self.ground.points.of(receiver).iter().map(point).collect::<Vec<_>>()
+        };
+        let points: Vec<TexelPoint> = group.iter().flat_map(|r| of_texel(*r)).collect();
         self.add_samples(
             keep_exposed(points, |p| p.point.exposure),
             self.ground.settings.samples_per_surfel as usize,
@@ -221,9 +227,9 @@ impl<'a> Builder<'a> {
             tree.light_samples.push(self.light_sample(&points));
             return;
         }
-        let size = Bounds::of(points.iter().map(|p| p.point.position)).size();
+        let size = Bounds::of(points.iter().map(|p| p.position)).size();
         let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
-        let at = |p: &TexelPoint| p.point.position[axis];
+        let at = |p: &TexelPoint| p.position[axis];
         points.sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.receiver.cmp(&b.receiver)));
         let upper = points.split_off(points_within(&points, (most / 2) as f32 / most as f32));
         if points.is_empty() {
@@ -236,16 +242,16 @@ impl<'a> Builder<'a> {
     /// The sample of a part: at its middle point, with the mean of the textures.
     fn light_sample(&self, part: &[TexelPoint]) -> LightSample {
         let count = part.len() as f32;
-        let middle = part.iter().map(|p| p.point.position).sum::<Vec3>() / count;
-        let distance = |p: &&TexelPoint| p.point.position.distance_squared(middle);
+        let middle = part.iter().map(|p| p.position).sum::<Vec3>() / count;
+        let distance = |p: &&TexelPoint| p.position.distance_squared(middle);
         let nearest = part.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let TexelPoint { receiver, point } = nearest.copied().unwrap_or(part[0]);
+        let TexelPoint { receiver, point, position } = nearest.copied().unwrap_or(part[0]);
         let (receiver, scene) = (self.receiver(receiver), self.ground.tracer.scene());
         let mean = |texel: &dyn Fn(usize, Vec2) -> Vec3| {
             part.iter().map(|p| texel(p.point.triangle as usize, p.point.barycentric)).sum::<Vec3>() / count
         };
         sample_with_texels(
-            point.position,
+            position,
             point.triangle,
             receiver.texel,
             receiver.is_back_face,

@@ -64,8 +64,8 @@ pub(crate) fn gather_rays(tracer: &Tracer, place: &Place<'_>, count: u32, seed: 
         let ray = |(i, number): (usize, u32)| {
             let point_index = i * place.points.len() / rays_in_half;
             let point = &place.points[point_index];
-            let origin = point.ray_origin(tracer);
-            let (direction, lobe) = point.lobe().draw(sobol_owen(number, sequence));
+            let origin = point.origin;
+            let (direction, lobe) = point.lobe.draw(sobol_owen(number, sequence));
             GatherRay {
                 point: point_index as u32,
                 origin,

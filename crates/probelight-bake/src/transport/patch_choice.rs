@@ -146,10 +146,7 @@ impl<'a> Judge<'a> {
             return view.iter().map(|w| w * w).sum();
         }
         let Some(group) = (patch as usize).checked_sub(tree.surfels.len()) else { return 0.0 };
-        let means = self.ensemble.scalar(patch as usize);
-        let squares = self.ensemble.square(group);
-        let variances: Vec<f32> =
-            squares.iter().zip(means).map(|(square, mean)| (square - mean * mean).max(0.0)).collect();
+        let variances: Vec<f32> = self.ensemble.variances(group).collect();
         let of_witness = |(weights, view): (&[f32], &f32)| {
             view * view
                 * variances.iter().zip(weights).map(|(variance, weight)| variance * weight).sum::<f32>()
