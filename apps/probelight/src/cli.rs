@@ -11,7 +11,7 @@ use crate::console::Console;
 
 const TOUR: &str = "\
 A first tour:
-  probelight                                       bake a bundled scene and write a contact sheet to ./out
+  probelight                                       bake a bundled scene, draw pictures into ./out
   probelight bake room.glb -o room.plight          precompute light transport, once per scene
   probelight render room.plight -o room.png        light it by the lights of its glTF file
   probelight render room.plight --setup night.json --camera door -o night.png
@@ -102,5 +102,15 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn texts_of_help_fit_a_hundred_columns() {
+        let command = Cli::command();
+        for command in command.get_subcommands().chain([&command]) {
+            let text = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let longest = text.lines().max_by_key(|line| line.chars().count());
+            assert!(longest.is_none_or(|line| line.chars().count() <= 98), "{longest:?}");
+        }
     }
 }

@@ -7,7 +7,8 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::Command;
 
-use workplace::{Workplace, bundled, text};
+use serde_json::Value;
+use workplace::{Workplace, text};
 
 fn is_png(path: &Path) -> bool {
     fs::read(path).unwrap().starts_with(b"\x89PNG")

@@ -42,7 +42,7 @@ pub fn bake(
 }
 
 /// Counts changes of the bake after which finished groups of before must not be used.
-const REVISION: u32 = 1;
+const REVISION: u32 = 2;
 
 /// Tells bakes apart whose finished groups must not be mixed.
 fn fingerprint(ground: &Groundwork) -> u64 {
@@ -50,7 +50,9 @@ fn fingerprint(ground: &Groundwork) -> u64 {
     let revision = (env!("CARGO_PKG_VERSION"), FORMAT_VERSION, REVISION);
     let text = format!("{revision:?} {settings:?} {error:?} {}", sites.len());
     let settings = xxh3_64_with_seed(text.as_bytes(), *scene_hash);
-    xxh3_64_with_seed(bytemuck::cast_slice(&probes.positions), settings)
+    let positions = probes.positions.iter().flat_map(|position| position.to_array());
+    let positions: Vec<u8> = positions.flat_map(f32::to_le_bytes).collect();
+    xxh3_64_with_seed(&positions, settings)
 }
 
 /// Gathers and compresses all groups, in parallel, keeping the finished ones in the checkpoint.

@@ -3,7 +3,6 @@
 
 #[path = "support/gpu.rs"]
 mod gpu;
-#[expect(dead_code, reason = "other tests use the rest")]
 mod support;
 
 use probelight_math::glam::Vec3;

@@ -11,7 +11,7 @@ use probelight_asset::{BakedParts, BakedScene};
 use probelight_math::glam::{DVec3, Vec3};
 use probelight_math::sampling::Rng;
 use probelight_runtime::gpu::readback::read_texture;
-use probelight_runtime::gpu::{GpuDevice, GpuError, GpuOptions, GpuRuntime, ShadowMapOptions};
+use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, ShadowMapOptions};
 use probelight_runtime::{ClusterExtent, FrameInput, FramePlan, ProbeExtent, Runtime, Stage};
 use probelight_scene::{Light, Lighting};
 use probelight_trace::direct_irradiance;

@@ -2,6 +2,7 @@
 #![cfg(feature = "gltf")]
 #![allow(missing_docs, reason = "a test binary has no documentation")]
 
+#[expect(dead_code, reason = "other tests use the rest")]
 mod glb;
 
 use glb::{F32, Glb, U8, U16, U32, load_asset, warned};

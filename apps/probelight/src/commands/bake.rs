@@ -20,14 +20,15 @@ Examples:
   probelight bake room.glb -o room.plight --quality preview       a quick try
   probelight bake hall.glb -o hall.plight --quality high          slow and fine
   probelight bake hall.glb -o hall.plight --error 0.01            closer to the uncompressed light
-  probelight bake hall.glb -o hall.plight --surfel-size 0.2       sharper light near small sun patches
-  probelight bake hall.glb -o hall.plight --method paper          the published method, to compare with
+  probelight bake hall.glb -o hall.plight --surfel-size 0.2       for small patches of sun
+  probelight bake hall.glb -o hall.plight --method paper          the published method
   probelight bake hall.glb -o hall.plight --resume                go on after Ctrl-C
 
-`probelight info --json OUT.plight` prints all settings that a file was baked with, defaults included.
+`probelight info --json OUT.plight` prints all settings that a file was baked with, defaults
+included.
 
-While it runs, finished parts are kept in OUT.plight.partial; the file disappears at the end. The result
-depends on the scene and the settings only, not on threads or interruptions.";
+While it runs, finished parts are kept in OUT.plight.partial; the file disappears at the end. The
+result depends on the scene and the settings only, not on threads or interruptions.";
 
 /// Flags of `bake`.
 #[derive(Args)]

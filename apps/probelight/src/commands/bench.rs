@@ -20,12 +20,12 @@ Examples:
   probelight bench room.plight --backend gpu
   probelight bench --synthetic 512000 --backend cpu
   probelight bench --synthetic 512000 --method paper --adapter h100 --json
-  probelight bench --synthetic 512000 --moving-lights        with direct light and shading in each frame
+  probelight bench --synthetic 512000 --moving-lights        with direct light and shading
   probelight bench --scaling --backend gpu -o bench.json     50,000 to 8 million receivers
 
-Each stage moves at least its inputs and its outputs once. `of copy` is the speed at which it would then have moved
-them, as a share of the speed at which the same device copies memory in the same run. Times are medians; on a GPU
-they come from its own clock.";
+Each stage moves at least its inputs and its outputs once. `of copy` is the speed at which it
+would then have moved them, as a share of the speed at which the same device copies memory in the
+same run. Times are medians; on a GPU they come from its own clock.";
 
 /// Sizes of `--scaling`, receivers.
 const SCALING: [usize; 9] =

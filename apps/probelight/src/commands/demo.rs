@@ -26,9 +26,10 @@ Examples:
   probelight                                 the atrium, into ./out
   probelight demo --scene cornell -o /tmp/cornell
 
-The first picture is there within half a minute on two cores: without global illumination and with it, side by side.
-More follow at once, one for each position of the light. Then the path tracer takes a minute or so, and a contact
-sheet shows all of it beside the truth. Ctrl-C keeps the pictures that are finished.";
+The first picture is there within half a minute on two cores: without global illumination and with
+it, side by side. More follow at once, one for each position of the light. Then the path tracer
+takes a minute or so, and a contact sheet shows all of it beside the truth. Ctrl-C keeps the
+pictures that are finished.";
 
 /// Flags of `demo`.
 #[derive(Args)]

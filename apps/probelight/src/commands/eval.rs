@@ -27,10 +27,10 @@ Examples:
   probelight eval room.plight --setup night.json --points night.csv
   probelight eval room.plight --setup night.json --points night.csv --predictions ours.csv --json
 
-Irradiance of the lightmap is compared with the reference's E_indirect + E_area + E_sky, because light of the
-sky and of emissive surfaces reaches the lightmap, too; direct light of point, spot and directional lights is
-not part of it. `probelight reference --points` makes such tables. A table made by
-`probelight reference --sample` also gives the errors on small triangles.";
+Irradiance of the lightmap is compared with the reference's E_indirect + E_area + E_sky, because
+light of the sky and of emissive surfaces reaches the lightmap, too; direct light of point, spot
+and directional lights is not part of it. `probelight reference --points` makes such tables. A
+table made by `probelight reference --sample` also gives the errors on small triangles.";
 
 /// Flags of `eval`.
 #[derive(Args)]

@@ -19,8 +19,8 @@ Examples:
   probelight info room.plight --json | jq .matrices.bytes_per_receiver.total
   probelight info room.plight --error-map errors.png
 
-The error map shows the lightmap, each texel in the colour of its cluster's relative error: teal is what the
-bake was asked for, yellow twice as much or more.";
+The error map shows the lightmap, each texel in the colour of its cluster's relative error: teal
+is what the bake was asked for, yellow twice as much or more.";
 
 /// Flags of `info`.
 #[derive(Args)]

@@ -26,13 +26,14 @@ Examples:
   probelight reference room.glb --setup night.json --points points.csv -o irradiance.csv
   probelight reference room.glb --setup night.json --sample 2000 -o irradiance.csv
 
---sample chooses the points: that many evenly over the area, and as many evenly over the triangles, because detail
-is seen although it has little area. Places that no light reaches are left out. `probelight eval` then also reports
-the errors on small triangles.
+--sample chooses the points: that many evenly over the area, and as many evenly over the
+triangles, because detail is seen although it has little area. Places that no light reaches are
+left out. `probelight eval` then also reports the errors on small triangles.
 
-Points are read from the columns position_x, position_y, position_z, normal_x, normal_y, normal_z. The output
-repeats the table and sets the columns E_delta, E_area, E_sky, E_direct, E_indirect (W/m², _r _g _b) and the
-standard errors se_area, se_sky, se_indirect. Noise halves with four times the samples.";
+Points are read from the columns position_x, position_y, position_z, normal_x, normal_y, normal_z.
+The output repeats the table and sets the columns E_delta, E_area, E_sky, E_direct, E_indirect
+(W/m², _r _g _b) and the standard errors se_area, se_sky, se_indirect. Noise halves with four
+times the samples.";
 
 /// Flags of `reference`.
 #[derive(Args)]

@@ -23,9 +23,9 @@ Examples:
   probelight render room.plight --backend gpu --shading physical -o glossy.png
   probelight render room.plight --view probes -o probes.png
 
-A .png is exposed and tone mapped for the screen; an .exr holds linear radiance (W/m²/sr), or irradiance
-(W/m²) with `--view irradiance`. Without a
-GPU the CPU makes the same pictures but for those marked with (GPU) below.";
+A .png is exposed and tone mapped for the screen; an .exr holds linear radiance (W/m²/sr), or
+irradiance (W/m²) with `--view irradiance`. Without a GPU the CPU makes the same pictures but for
+those marked with (GPU) below.";
 
 /// Flags of `render`.
 #[derive(Args)]

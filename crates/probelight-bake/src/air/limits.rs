@@ -42,6 +42,9 @@ pub(super) const MOST_POINTS: f32 = 64.0;
 /// Points along each edge: one for each eighth of a voxel, within limits.
 pub(super) const POINTS_PER_EDGE: [f32; 2] = [3.0, 24.0];
 
+/// Points in its corners, along its edges and further inside whose walks tell whether those of the others are worth while.
+pub(super) const MOST_SCOUTS: usize = 16;
+
 /// How far points in corners and along edges lie inside, as shares of the side's height.
 pub(super) const INSETS: [f32; 2] = [0.05, 0.01];
 

@@ -151,7 +151,7 @@ impl<'a> Air<'a> {
 
     /// Whether a point of a surface is in sight of open air, at once or by way of other surfaces.
     pub(crate) fn is_open(&self, point: &Outpost, seed: u32) -> bool {
-        self.sees(point) || self.finds_light(point, seed)
+        self.sees(point) || self.lit_walks(point, seed) >= FEWEST_LIT_WALKS
     }
 
     /// Whether a point of a surface is in sight of open air.
@@ -163,8 +163,9 @@ impl<'a> Air<'a> {
         self.open.nearest_visible(self.tracer, point.origin, PLACES_TRIED, faces).next().is_some()
     }
 
-    /// Whether a walk over surfaces leads from a point to the sky, to an emissive face or into sight of open air.
-    fn finds_light(&self, point: &Outpost, seed: u32) -> bool {
+    /// How many walks over surfaces lead from a point to the sky, to an emissive face or into sight of open air; no more
+    /// are counted than are asked for.
+    fn lit_walks(&self, point: &Outpost, seed: u32) -> u32 {
         let (mut in_solid, mut lit) = (0, 0);
         for walk in 0..WALKS {
             match self.walk(point, walk, seed) {
@@ -172,14 +173,12 @@ impl<'a> Air<'a> {
                 WalkEnd::Solid => in_solid += 1,
                 WalkEnd::Nowhere => {}
             }
-            if lit == FEWEST_LIT_WALKS {
-                return true;
-            }
-            if in_solid == FIRST_WALKS && walk + 1 == FIRST_WALKS {
-                return false;
+            let is_in_solid = in_solid == FIRST_WALKS && walk + 1 == FIRST_WALKS;
+            if lit == FEWEST_LIT_WALKS || is_in_solid {
+                break;
             }
         }
-        false
+        lit
     }
 
     fn walk(&self, start: &Outpost, walk: u32, seed: u32) -> WalkEnd {

@@ -18,7 +18,8 @@ use rayon::prelude::*;
 use super::{Air, Outpost, is_inside_of_solid};
 use crate::BakeError;
 use crate::air::limits::{
-    FIRST_POINTS, FIRST_WALKS, GENERATIONS, INSETS, MOST_POINTS, POINTS_PER_EDGE, WALKS,
+    FEWEST_LIT_WALKS, FIRST_POINTS, FIRST_WALKS, GENERATIONS, INSETS, MOST_POINTS, MOST_SCOUTS,
+    POINTS_PER_EDGE, WALKS,
 };
 use crate::steps::for_each_in_parallel;
 
@@ -121,14 +122,24 @@ impl<'a> Side<'a> {
     fn light(&self) -> Light {
         let first = || (0..FIRST_POINTS).map(|i| self.inner_point(i));
         let seeds = hash_pair(2 * self.triangle + u32::from(self.is_back), 41);
-        let is_open =
-            |(i, point): &(u32, Vec2)| self.air.is_open(&self.outpost(*point), hash_pair(seeds, *i));
-        if first().any(|point| self.air.sees(&self.outpost(point))) || (0..).zip(first()).any(|p| is_open(&p))
-        {
+        let walks =
+            |(i, point): &(u32, Vec2)| self.air.lit_walks(&self.outpost(*point), hash_pair(seeds, *i));
+        let sees = |point: Vec2| self.air.sees(&self.outpost(point));
+        if first().any(sees) {
+            return Light::Wide;
+        }
+        let most = (0..).zip(first()).map(|point| walks(&point)).max().unwrap_or(0);
+        if most >= FEWEST_LIT_WALKS {
             return Light::Wide;
         }
         let others = self.rim_points().into_iter().chain(self.further_points());
-        let open: Vec<Vec2> = (FIRST_POINTS..).zip(others).filter(is_open).map(|(_, point)| point).collect();
+        let others: Vec<(u32, Vec2)> = (FIRST_POINTS..).zip(others).collect();
+        // Walks cost far more than looking around: where those of scouts are all in vain, others would be too.
+        let scouts = others.iter().step_by(others.len().div_ceil(MOST_SCOUTS));
+        let is_near_light = most > 0 || scouts.into_iter().any(|point| walks(point) > 0);
+        let is_open =
+            |point: &(u32, Vec2)| sees(point.1) || (is_near_light && walks(point) >= FEWEST_LIT_WALKS);
+        let open: Vec<Vec2> = others.into_iter().filter(is_open).map(|(_, point)| point).collect();
         if open.is_empty() { Light::None } else { Light::Rim(open) }
     }
 

@@ -12,8 +12,8 @@ Keys:
   I J K L                 turn the first light, if it is a spot or directional
   Space                   let the first light circle
   G                       with and without indirect light
-  1 ... 9, 0              full, direct, indirect, irradiance, albedo, normals, lightmap texels, clusters,
-                          probes, light samples
+  1 ... 9, 0              full, direct, indirect, irradiance, albedo, normals, lightmap texels,
+                          clusters, probes, light samples
   P                       glTF's materials instead of diffuse surfaces
   + -                     exposure
   R                       as at the beginning
