@@ -2,7 +2,7 @@
 
 use probelight_math::glam::Vec3;
 use probelight_trace::Tracer;
-use rstar::RTree;
+use rstar::{RStarInsertionStrategy, RTree, RTreeParams};
 use rstar::primitives::GeomWithData;
 
 /// Points in order of insertion, in an R-tree: a query takes the time of a few points, however far apart
@@ -11,7 +11,17 @@ use rstar::primitives::GeomWithData;
 pub(crate) struct PointTree {
     /// Positions in order of insertion.
     pub(crate) positions: Vec<Vec3>,
-    tree: RTree<NumberedPoint>,
+    tree: RTree<NumberedPoint, WideNodes>,
+}
+
+/// Nodes wider than usual: queries ask for a handful of points, and most of their time goes into the order of nodes.
+struct WideNodes;
+
+impl RTreeParams for WideNodes {
+    const MIN_SIZE: usize = 8;
+    const MAX_SIZE: usize = 16;
+    const REINSERTION_COUNT: usize = 4;
+    type DefaultInsertionStrategy = RStarInsertionStrategy;
 }
 
 /// A position and its number.
@@ -22,7 +32,7 @@ impl PointTree {
     pub(crate) fn of(positions: &[Vec3]) -> Self {
         let numbered =
             (0..).zip(positions).map(|(number, position)| NumberedPoint::new((*position).into(), number));
-        Self { positions: positions.to_vec(), tree: RTree::bulk_load(numbered.collect()) }
+        Self { positions: positions.to_vec(), tree: RTree::bulk_load_with_params(numbered.collect()) }
     }
 
     /// Adds a point.
