@@ -11,6 +11,9 @@ use crate::variants::{ACCURACY_AGAINST_BYTES, ERROR_BUDGET, Variant};
 /// The columns that tables of variants show of the varied scene's sets.
 const VARIED_SETS: [&str; 3] = ["cornell_point", "cornell_spot", "cornell_area"];
 
+/// How the names of sets end whose points `probelight reference --sample` chose: by area and by triangle.
+const SAMPLED: &str = "_sampled";
+
 /// A table with its header.
 pub(crate) struct Table {
     header: Vec<String>,
@@ -68,16 +71,17 @@ fn default_bakes(figures: &Figures) -> impl Iterator<Item = (&str, &Bake)> {
     bakes.filter(|(name, _)| !name.contains(' '))
 }
 
-/// All sets of bakes with default settings.
-fn default_sets(figures: &Figures) -> impl Iterator<Item = (&str, &Errors)> {
+/// The sets of bakes with default settings: those that the path tracer of this project sampled, or the others.
+fn default_sets(figures: &Figures, are_sampled: bool) -> impl Iterator<Item = (&str, &Errors)> {
     default_bakes(figures)
         .flat_map(|(_, bake)| bake.sets.iter().map(|(name, errors)| (name.as_str(), errors)))
+        .filter(move |(name, _)| name.ends_with(SAMPLED) == are_sampled)
 }
 
 fn errors(figures: &Figures) -> Table {
     let mut table =
         Table::new(["points", "relative RMSE:", "mean bias:", "median:", "95th percentile:", "wanted"]);
-    for (set, errors) in default_sets(figures) {
+    for (set, errors) in default_sets(figures, false) {
         table.row([
             set.into(),
             percent(errors.relative_rmse),
@@ -145,19 +149,23 @@ fn random_lights(figures: &Figures) -> Table {
 fn small_triangles(figures: &Figures) -> Table {
     let mut table = Table::new([
         "set",
-        "black, of the area:",
+        "relative RMSE:",
+        "median:",
+        "black:",
         "small triangles, relative RMSE:",
         "median:",
-        "black, of the small triangles:",
+        "black:",
     ]);
-    for (set, errors) in default_sets(figures) {
-        let Some(small) = errors.small_triangles else { continue };
+    for (set, errors) in default_sets(figures, true) {
+        let small = errors.small_triangles;
         table.row([
             set.into(),
+            percent(errors.relative_rmse),
+            or_dash(errors.median_relative_error.map(percent)),
             or_dash(errors.black_share.map(fine_percent)),
-            or_dash(small.relative_rmse.map(percent)),
-            or_dash(small.median_relative_error.map(percent)),
-            fine_percent(small.black_share),
+            or_dash(small.and_then(|small| small.relative_rmse).map(percent)),
+            or_dash(small.and_then(|small| small.median_relative_error).map(percent)),
+            or_dash(small.map(|small| fine_percent(small.black_share))),
         ]);
     }
     table
@@ -170,7 +178,7 @@ fn fine_percent(share: f64) -> String {
 
 fn seams(figures: &Figures) -> Table {
     let mut table = Table::new(["set", "median:", "inside:", "99th percentile:", "inside:"]);
-    for (set, errors) in default_sets(figures) {
+    for (set, errors) in default_sets(figures, false) {
         let Some(jumps) = errors.border_jumps else { continue };
         let cells = [jumps.median, jumps.median_inside, jumps.p99, jumps.p99_inside];
         let [median, median_inside, p99, p99_inside] = cells.map(|jump| or_dash(jump.map(percent)));
@@ -212,7 +220,7 @@ fn rmse_and_bias(errors: &Errors) -> String {
 
 fn gpu_errors(figures: &Figures) -> Table {
     let mut table = Table::new(["points", "CPU:", "GPU:"]);
-    for (set, errors) in default_sets(figures) {
+    for (set, errors) in default_sets(figures, false) {
         let Some(gpu) = errors.gpu_relative_rmse else { continue };
         table.row([set.into(), percent(errors.relative_rmse), percent(gpu)]);
     }

@@ -20,8 +20,8 @@ const MAX_CHART_ANGLE: f32 = 30.0;
 /// lookups in two charts touch are never the same.
 const PADDING: u32 = 2;
 
-/// Largest page edge, texels.
-const MAX_PAGE_SIZE: u32 = 2048;
+/// Largest page edge, texels: that of the textures that every GPU has. One page holds 67 million texels.
+const MAX_PAGE_SIZE: u32 = 8192;
 
 /// Charts narrower than this fit into one texel, with room for rounding, texels.
 const NARROW: f32 = 0.98;
@@ -185,7 +185,7 @@ fn generate(
         max_chart_size: MAX_PAGE_SIZE - 2 * PADDING,
         ..Options::default()
     };
-    let unwrap = |page_size| {
+    let mut unwrap = |page_size| {
         options.density = Density::Fixed { texels_per_unit: texels_per_meter, page_size };
         uvunwrap::generate_with_progress(meshes, &options, |_| !progress.is_cancelled()).map_err(
             |e| match e {
@@ -194,7 +194,6 @@ fn generate(
             },
         )
     };
-    let mut unwrap = unwrap;
     let single = unwrap(None)?;
     if single.width.max(single.height) <= MAX_PAGE_SIZE {
         return Ok(single);
