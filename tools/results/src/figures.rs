@@ -53,6 +53,15 @@ pub(crate) struct Bake {
     pub(crate) sets: BTreeMap<String, Errors>,
 }
 
+/// How the names of sets end whose points `probelight reference --sample` chose, by area and by triangle. Such points also
+/// lie where nobody looks, so these sets are not compared with the others.
+const SAMPLED: &str = "_sampled";
+
+/// Whether a set of reference points is one that `probelight reference --sample` chose.
+pub(crate) fn is_sampled(set: &str) -> bool {
+    set.ends_with(SAMPLED)
+}
+
 /// Errors against a set of reference points, shares; named as `probelight eval --json` names them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Errors {

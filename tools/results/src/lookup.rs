@@ -4,7 +4,7 @@
 
 use anyhow::{Context, bail};
 
-use crate::figures::{Bake, Errors, Figures};
+use crate::figures::{Bake, Errors, Figures, is_sampled};
 use crate::tables;
 
 /// What is shown for a figure that was not measured.
@@ -59,8 +59,9 @@ fn bake_figure(bake: &Bake, field: &str) -> anyhow::Result<Option<String>> {
 
 /// The least or largest error of a bake, and the light that it has it under.
 fn extreme(bake: &Bake, scene: &str, better: fn(f64, f64) -> f64) -> Option<String> {
-    let extreme = bake.sets.values().map(|errors| errors.relative_rmse).reduce(better)?;
-    let (set, _) = bake.sets.iter().find(|(_, errors)| errors.relative_rmse == extreme)?;
+    let sets = || bake.sets.iter().filter(|(set, _)| !is_sampled(set));
+    let extreme = sets().map(|(_, errors)| errors.relative_rmse).reduce(better)?;
+    let (set, _) = sets().find(|(_, errors)| errors.relative_rmse == extreme)?;
     let light = set.strip_prefix(scene).unwrap_or(set).trim_start_matches('_');
     Some(format!("{} ({light})", short_percent(extreme)))
 }
@@ -123,7 +124,12 @@ mod tests {
         let bake = Bake {
             format: 6,
             still_ms: Some(11.8),
-            sets: [("atrium_sun".into(), errors), ("atrium_sky".into(), sky)].into(),
+            sets: [
+                ("atrium_sky".into(), sky),
+                ("atrium_sky_sampled".into(), Errors { relative_rmse: 0.01, ..Errors::default() }),
+                ("atrium_sun".into(), errors),
+            ]
+            .into(),
             ..Bake::default()
         };
         let figures = Figures { bakes: [("atrium".into(), bake)].into(), ..Figures::default() };

@@ -4,15 +4,12 @@ use std::collections::BTreeSet;
 
 use anyhow::bail;
 
-use crate::figures::{Bake, Errors, Figures, SyntheticScene};
+use crate::figures::{Bake, Errors, Figures, SyntheticScene, is_sampled};
 use crate::lookup::{NOT_MEASURED, grouped, milliseconds, percent, signed_percent};
 use crate::variants::{ACCURACY_AGAINST_BYTES, ERROR_BUDGET, Variant};
 
 /// The columns that tables of variants show of the varied scene's sets.
 const VARIED_SETS: [&str; 3] = ["cornell_point", "cornell_spot", "cornell_area"];
-
-/// How the names of sets end whose points `probelight reference --sample` chose: by area and by triangle.
-const SAMPLED: &str = "_sampled";
 
 /// A table with its header.
 pub(crate) struct Table {
@@ -75,7 +72,7 @@ fn default_bakes(figures: &Figures) -> impl Iterator<Item = (&str, &Bake)> {
 fn default_sets(figures: &Figures, are_sampled: bool) -> impl Iterator<Item = (&str, &Errors)> {
     default_bakes(figures)
         .flat_map(|(_, bake)| bake.sets.iter().map(|(name, errors)| (name.as_str(), errors)))
-        .filter(move |(name, _)| name.ends_with(SAMPLED) == are_sampled)
+        .filter(move |(name, _)| is_sampled(name) == are_sampled)
 }
 
 fn errors(figures: &Figures) -> Table {

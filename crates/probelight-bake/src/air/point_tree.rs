@@ -2,8 +2,8 @@
 
 use probelight_math::glam::Vec3;
 use probelight_trace::Tracer;
-use rstar::{RStarInsertionStrategy, RTree, RTreeParams};
 use rstar::primitives::GeomWithData;
+use rstar::{RStarInsertionStrategy, RTree, RTreeParams};
 
 /// Points in order of insertion, in an R-tree: a query takes the time of a few points, however far apart
 /// they all lie.
