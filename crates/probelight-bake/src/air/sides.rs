@@ -122,8 +122,8 @@ impl<'a> Side<'a> {
     fn light(&self) -> Light {
         let first = || (0..FIRST_POINTS).map(|i| self.inner_point(i));
         let seeds = hash_pair(2 * self.triangle + u32::from(self.is_back), 41);
-        let walks =
-            |(i, point): &(u32, Vec2)| self.air.lit_walks(&self.outpost(*point), hash_pair(seeds, *i));
+        let seed = |i: u32| hash_pair(seeds, i);
+        let walks = |(i, point): &(u32, Vec2)| self.air.lit_walks(&self.outpost(*point), seed(*i));
         let sees = |point: Vec2| self.air.sees(&self.outpost(point));
         if first().any(sees) {
             return Light::Wide;
@@ -135,10 +135,12 @@ impl<'a> Side<'a> {
         let others = self.rim_points().into_iter().chain(self.further_points());
         let others: Vec<(u32, Vec2)> = (FIRST_POINTS..).zip(others).collect();
         // Walks cost far more than looking around: where those of scouts are all in vain, others would be too.
-        let scouts = others.iter().step_by(others.len().div_ceil(MOST_SCOUTS));
-        let is_near_light = most > 0 || scouts.into_iter().any(|point| walks(point) > 0);
-        let is_open =
-            |point: &(u32, Vec2)| sees(point.1) || (is_near_light && walks(point) >= FEWEST_LIT_WALKS);
+        let mut scouts = others.iter().step_by(others.len().div_ceil(MOST_SCOUTS));
+        let is_near_light = most > 0 || scouts.any(|point| walks(point) > 0);
+        let is_open = |(i, point): &(u32, Vec2)| match is_near_light {
+            true => self.air.is_open(&self.outpost(*point), seed(*i)),
+            false => sees(*point),
+        };
         let open: Vec<Vec2> = others.into_iter().filter(is_open).map(|(_, point)| point).collect();
         if open.is_empty() { Light::None } else { Light::Rim(open) }
     }

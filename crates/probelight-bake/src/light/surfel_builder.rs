@@ -192,15 +192,14 @@ impl<'a> Builder<'a> {
     fn add_surfel(&self, group: &[u32], tree: &mut SurfelTree) -> Patch {
         let surfel = tree.surfels.len() as u32;
         let first_sample = tree.light_samples.len() as u32;
-        let of_texel = |receiver: u32| {
-            let point = |point: &SurfacePoint| TexelPoint {
-                receiver,
-                point: *point,
-                position: point.position(&self.ground.tracer),
-            };
-            self.ground.points.of(receiver).iter().map(point).collect::<Vec<_>>()
+        let tracer = &self.ground.tracer;
+        let of_texel = |receiver: &u32| {
+            let (receiver, points) = (*receiver, self.ground.points.of(*receiver));
+            let point =
+                move |p: &SurfacePoint| TexelPoint { receiver, point: *p, position: p.position(tracer) };
+            points.iter().map(point)
         };
-        let points: Vec<TexelPoint> = group.iter().flat_map(|r| of_texel(*r)).collect();
+        let points: Vec<TexelPoint> = group.iter().flat_map(of_texel).collect();
         self.add_samples(
             keep_exposed(points, |p| p.point.exposure),
             self.ground.settings.samples_per_surfel as usize,
