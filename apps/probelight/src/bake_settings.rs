@@ -1,7 +1,7 @@
 //! The flags of `bake` that decide what is baked, and how finely.
 
 use clap::{Args, ValueEnum};
-use probelight_asset::{Method, Metric, Storage};
+use probelight_asset::{GridBasis, GridBasisKind, GridLobe, Method, Metric, Storage};
 use probelight_bake::{BakeOptions, Quality};
 
 /// What is baked, and how finely.
@@ -77,6 +77,19 @@ pub(crate) struct SettingFlags {
     /// Leave the jumps where clusters meet as they are [default: they blend; not with --method paper]
     #[arg(long)]
     hard_borders: bool,
+    /// Vertices of the grid in free space that lights moving objects, over all of the scene's bounds; 0 for none
+    /// [default: by the number of receivers]
+    #[arg(long, value_name = "N", conflicts_with = "grid_spacing")]
+    grid: Option<u32>,
+    /// Distance between neighbouring vertices of the grid, metres, instead of --grid
+    #[arg(long, value_name = "M")]
+    grid_spacing: Option<f32>,
+    /// What a vertex of the grid keeps of the light around it
+    #[arg(long, value_enum, default_value_t)]
+    grid_basis: GridBasisFlag,
+    /// How each direction of a basis of axes weighs light
+    #[arg(long, value_enum, default_value_t)]
+    grid_lobe: GridLobeFlag,
     /// Lay the lightmap out by the scene's second texture coordinates where they are valid
     #[arg(long)]
     use_uv1: bool,
@@ -107,6 +120,9 @@ impl From<SettingFlags> for BakeOptions {
             receivers_per_cluster: flags.receivers_per_cluster,
             blend_borders: flags.hard_borders.then_some(false),
             byte_price: flags.byte_price,
+            grid_vertices: flags.grid,
+            grid_spacing: flags.grid_spacing,
+            grid_basis: Some(GridBasis { kind: flags.grid_basis.into(), lobe: flags.grid_lobe.into() }),
             use_uv1: flags.use_uv1,
             seed: flags.seed,
         }
@@ -188,6 +204,48 @@ impl From<StorageFlag> for Storage {
         match flag {
             StorageFlag::F16 => Self::F16,
             StorageFlag::Packed => Self::Packed,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum GridBasisFlag {
+    /// Irradiance in spherical harmonics of bands 0 to 2: nine numbers
+    #[default]
+    Sh2,
+    /// Light from the six directions of the axes, as published
+    Axes6,
+    /// From the axes and the corners of a cube
+    Axes14,
+    /// From the axes, the corners and the edges of a cube
+    Axes26,
+}
+
+impl From<GridBasisFlag> for GridBasisKind {
+    fn from(flag: GridBasisFlag) -> Self {
+        match flag {
+            GridBasisFlag::Sh2 => Self::Sh2,
+            GridBasisFlag::Axes6 => Self::Axes6,
+            GridBasisFlag::Axes14 => Self::Axes14,
+            GridBasisFlag::Axes26 => Self::Axes26,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum GridLobeFlag {
+    /// By the angle to it, as published
+    Angle,
+    /// By the cosine, as a surface does
+    #[default]
+    Cosine,
+}
+
+impl From<GridLobeFlag> for GridLobe {
+    fn from(flag: GridLobeFlag) -> Self {
+        match flag {
+            GridLobeFlag::Angle => Self::Angle,
+            GridLobeFlag::Cosine => Self::Cosine,
         }
     }
 }

@@ -92,7 +92,7 @@ const RANK_EDGES: [f64; 7] = [0.0, 4.0, 8.0, 16.0, 24.0, 32.0, 64.0];
 
 impl MatrixFigures {
     pub(crate) fn of(baked: &BakedScene) -> Self {
-        let clusters = &baked.clusters;
+        let clusters = &baked.clusters[..baked.lightmap_clusters()];
         let mean = |value: &dyn Fn(&Cluster) -> f64| {
             clusters.iter().map(value).sum::<f64>() / clusters.len().max(1) as f64
         };
@@ -139,13 +139,13 @@ impl MatrixFigures {
 impl BytesPerReceiver {
     fn of(baked: &BakedScene) -> Self {
         let receivers = baked.receiver_texels.len().max(1) as f64;
-        let share = |bytes: usize| bytes as f64 / receivers;
-        let scales = size_of_val(&baked.row_scales[..]) + size_of_val(&baked.column_exponents[..]);
+        let share = |bytes: u64| bytes as f64 / receivers;
+        let bytes = baked.lightmap_bytes();
         Self {
-            receiver_basis: share(size_of_val(&baked.receiver_basis[..])),
-            signal_basis: share(size_of_val(&baked.signal_basis[..]) + scales),
-            signals: share(size_of_val(&baked.cluster_signals[..]) + size_of_val(&baked.cluster_probes[..])),
-            metadata: share(size_of_val(&baked.clusters[..]) + size_of_val(&baked.receiver_texels[..])),
+            receiver_basis: share(bytes.receiver_basis),
+            signal_basis: share(bytes.signal_basis),
+            signals: share(bytes.signals),
+            metadata: share(bytes.metadata),
             total: baked.matrix_bytes_per_receiver(),
         }
     }

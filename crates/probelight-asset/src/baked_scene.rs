@@ -16,8 +16,8 @@ use probelight_scene::Scene;
 #[cfg(doc)]
 use crate::packed::GAIN_STEPS;
 use crate::{
-    BakeReport, BakeSettings, Cluster, Emitter, InvalidParts, LightSample, LightmapLayout, Probe, Surfel,
-    SurfelGroup,
+    BakeReport, BakeSettings, Cluster, Emitter, GridBlock, GridLayout, GridVertex, InvalidParts, LightSample,
+    LightmapLayout, Probe, Surfel, SurfelGroup,
 };
 
 /// What [`BakedParts::receiver_errors`] has for the wanted error.
@@ -88,13 +88,21 @@ pub struct BakedParts {
     pub relight_surfels: Vec<u32>,
     /// How much the light of each relight ray counts, in parts of [`GAIN_STEPS`].
     pub relight_gains: Vec<u8>,
-    /// Groups of receivers that share one compressed transport matrix.
+    /// Where there is light in free space.
+    pub grid: GridLayout,
+    /// All blocks of the grid, x first.
+    pub grid_blocks: Vec<GridBlock>,
+    /// The vertices that have light, block by block.
+    pub grid_vertices: Vec<GridVertex>,
+    /// The receivers that hold the vertices' rows, vertex by vertex; they come behind those of the lightmap.
+    pub grid_receivers: Vec<u32>,
+    /// Groups of receivers that share one compressed transport matrix. Those of the grid come last.
     pub clusters: Vec<Cluster>,
     /// The clusters' scalar signals, see [`BakedParts::scalar_signals`] and [`Cluster::first_signal`].
     pub cluster_signals: Vec<u32>,
     /// The clusters' probes, indices into `probes`; see [`Cluster::first_probe`].
     pub cluster_probes: Vec<u32>,
-    /// Lightmap texel of each receiver, cluster by cluster, coarsest lightmap level first.
+    /// Lightmap texel of each of the lightmap's receivers, cluster by cluster, coarsest lightmap level first.
     pub receiver_texels: Vec<u32>,
     /// Relative error of each receiver's compressed transport, in [`ERROR_STEPS`]ths of the wanted one, at most 255
     /// of them. No frame reads it.
@@ -137,27 +145,14 @@ impl BakedParts {
         coefficient_count(self.settings.sh_degree as usize)
     }
 
-    /// Lightmap texels of a cluster's receivers.
+    /// Lightmap texels of a cluster's receivers; none if these are the grid's.
     pub fn texels(&self, cluster: &Cluster) -> &[u32] {
-        &self.receiver_texels[cluster.first_receiver as usize..][..cluster.receiver_count as usize]
+        let texels = self.receiver_texels.get(cluster.first_receiver as usize..).unwrap_or_default();
+        &texels[..texels.len().min(cluster.receiver_count as usize)]
     }
 
     /// Number of columns of a cluster's ΣVᵀ.
     pub fn column_count(&self, cluster: &Cluster) -> usize {
         cluster.signal_count as usize + cluster.probe_count as usize * self.coefficients()
-    }
-
-    /// Bytes of the transport matrices and their metadata (what a frame reads to gather light), per
-    /// receiver.
-    pub fn matrix_bytes_per_receiver(&self) -> f64 {
-        let bytes = size_of_val(&self.receiver_basis[..])
-            + size_of_val(&self.signal_basis[..])
-            + size_of_val(&self.row_scales[..])
-            + size_of_val(&self.column_exponents[..])
-            + size_of_val(&self.cluster_signals[..])
-            + size_of_val(&self.cluster_probes[..])
-            + size_of_val(&self.receiver_texels[..])
-            + size_of_val(&self.clusters[..]);
-        bytes as f64 / self.receiver_texels.len().max(1) as f64
     }
 }

@@ -3,7 +3,7 @@
 use probelight_scene::{Camera, Light, Material, Scene, Warning};
 use serde::{Deserialize, Serialize};
 
-use crate::{BakeReport, BakeSettings, BakedParts};
+use crate::{BakeReport, BakeSettings, BakedParts, GridLayout};
 
 /// What the section `info` holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -12,6 +12,9 @@ pub(crate) struct InfoSection {
     pub(crate) lightmap_width: u32,
     pub(crate) lightmap_height: u32,
     pub(crate) lightmap_pages: u32,
+    pub(crate) grid: GridLayout,
+    /// Bytes of what belongs to the grid alone.
+    pub(crate) grid_bytes: u64,
     pub(crate) settings: BakeSettings,
     pub(crate) report: BakeReport,
 }
@@ -23,6 +26,8 @@ impl InfoSection {
             lightmap_width: baked.lightmap.width,
             lightmap_height: baked.lightmap.height,
             lightmap_pages: baked.lightmap.pages,
+            grid: baked.grid,
+            grid_bytes: baked.grid_bytes().total(),
             settings: baked.settings.clone(),
             report: baked.report.clone(),
         }
@@ -33,6 +38,7 @@ impl InfoSection {
         (lightmap.width, lightmap.height) = (self.lightmap_width, self.lightmap_height);
         lightmap.pages = self.lightmap_pages;
         parts.scene_hash = self.scene_hash;
+        parts.grid = self.grid;
         parts.settings = self.settings;
         parts.report = self.report;
     }

@@ -9,7 +9,7 @@ use crate::error::DecodeError;
 use crate::layout::{FORMAT_VERSION, SectionEntry};
 use crate::read::SectionReader;
 use crate::sections::{self, Section};
-use crate::{BakeReport, BakeSettings};
+use crate::{BakeReport, BakeSettings, GridLayout};
 
 /// Summary of a baked file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -46,6 +46,12 @@ pub struct BakedInfo {
     pub clusters: u64,
     /// See [`matrix_bytes_per_receiver`](crate::BakedParts::matrix_bytes_per_receiver).
     pub matrix_bytes_per_receiver: f64,
+    /// Where the vertices of the grid in free space lie.
+    pub grid: GridLayout,
+    /// Number of its vertices that have light.
+    pub grid_vertices: u64,
+    /// See [`grid_bytes`](crate::BakedParts::grid_bytes).
+    pub grid_bytes: u64,
     /// What the bake was asked for.
     pub settings: BakeSettings,
     /// What the bake measured.
@@ -103,7 +109,11 @@ impl BakedInfo {
             sections::CLUSTER_PROBES,
             sections::RECEIVER_TEXELS,
             sections::CLUSTERS,
+            sections::GRID_BLOCKS,
+            sections::GRID_VERTICES,
+            sections::GRID_RECEIVERS,
         ];
+        let matrix_bytes = matrices.map(bytes).iter().sum::<u64>();
         Self {
             format_version: FORMAT_VERSION,
             format_minor_version: minor_version,
@@ -120,8 +130,11 @@ impl BakedInfo {
             emitters: count(sections::EMITTERS),
             probes: count(sections::PROBES),
             clusters: count(sections::CLUSTERS),
-            matrix_bytes_per_receiver: matrices.map(bytes).iter().sum::<u64>() as f64
+            matrix_bytes_per_receiver: matrix_bytes.saturating_sub(info.grid_bytes) as f64
                 / receivers.max(1) as f64,
+            grid: info.grid,
+            grid_vertices: count(sections::GRID_VERTICES),
+            grid_bytes: info.grid_bytes,
             settings: info.settings,
             report: info.report,
             sections: entries.iter().map(SectionInfo::of).collect(),

@@ -47,10 +47,13 @@ mod description;
 mod error;
 #[cfg(feature = "files")]
 mod file;
+mod grid;
+mod grid_basis;
 mod info;
 mod layout;
 mod light;
 mod lightmap_layout;
+mod matrix_bytes;
 pub mod packed;
 mod read;
 mod sections;
@@ -69,10 +72,13 @@ pub use cluster::Cluster;
 #[cfg(feature = "files")]
 pub use error::AssetError;
 pub use error::{DecodeError, InvalidParts};
+pub use grid::{BLOCK_EDGE, GridBlock, GridLayout, GridVertex};
+pub use grid_basis::{GridBasis, GridBasisKind, GridLobe, MAX_GRID_ROWS};
 pub use info::{BakedInfo, SectionInfo};
 pub use layout::FORMAT_VERSION;
 pub use light::{Emitter, LightSample, Probe, Surfel, SurfelGroup};
 pub use lightmap_layout::{LightmapFace, LightmapLayout};
+pub use matrix_bytes::MatrixBytes;
 pub use packed::GAIN_STEPS;
 pub use settings::{BakeReport, BakeSettings, Method, Metric, Storage};
 pub use validate::{MAX_RELIGHT_RAYS, MAX_SH_DEGREE};

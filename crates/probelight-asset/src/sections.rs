@@ -17,7 +17,10 @@ use crate::error::DecodeError;
 use crate::layout::SectionHead;
 use crate::read::{Draft, SectionBody};
 use crate::textures::encode_textures;
-use crate::{BakedParts, Cluster, Emitter, LightSample, LightmapFace, Probe, Surfel, SurfelGroup};
+use crate::{
+    BakedParts, Cluster, Emitter, GridBlock, GridVertex, LightSample, LightmapFace, Probe, Surfel,
+    SurfelGroup,
+};
 
 /// A section that this crate knows.
 #[derive(Clone, Copy)]
@@ -136,6 +139,12 @@ sections! {
     RELIGHT_SURFELS = array!("ray-surfels", REQUIRED, [u32], relight_surfels);
     /// Of relight rays, probe by probe.
     RELIGHT_GAINS = array!("ray-gains", REQUIRED, [u8], relight_gains);
+    /// 4³ vertices of the grid each.
+    GRID_BLOCKS = array!("grid-blocks", REQUIRED, [GridBlock], grid_blocks);
+    /// Vertices of the grid that have light.
+    GRID_VERTICES = array!("grid-vertices", REQUIRED, [GridVertex], grid_vertices);
+    /// Of vertices of the grid, row by row.
+    GRID_RECEIVERS = array!("grid-receivers", REQUIRED, [u32], grid_receivers);
     /// Groups of receivers.
     CLUSTERS = array!("clusters", REQUIRED, [Cluster], clusters);
     /// Cluster by cluster.

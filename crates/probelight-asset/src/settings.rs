@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::GridBasis;
+
 /// Parameters of a bake. Lengths are metres.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BakeSettings {
@@ -41,6 +43,10 @@ pub struct BakeSettings {
     pub max_cluster_error: f32,
     /// What a further byte per receiver had to save where that error was out of reach, as a share of its energy.
     pub byte_price: f32,
+    /// Largest distance between neighbouring vertices of the grid in free space; without it, there is none.
+    pub grid_spacing: Option<f32>,
+    /// What a vertex of the grid stores.
+    pub grid_basis: GridBasis,
     /// Seed of all random numbers.
     pub seed: u64,
 }

@@ -1,41 +1,44 @@
 //! Putting the finished groups together into a baked scene.
 
+use std::mem::take;
 use std::sync::Arc;
 
-use probelight_asset::{BakeReport, BakedParts, Cluster, LightmapLayout, NONE, Probe, Surfel};
+use probelight_asset::{BakeReport, BakedParts, Cluster, GridVertex, LightmapLayout, NONE, Probe, Surfel};
+use probelight_scene::Bounds;
 
 use crate::checkpoint::FinishedGroup;
 use crate::compression::CompressedCluster;
 use crate::ground::Groundwork;
-use crate::ground::receivers::Receiver;
-use crate::ground::site::{Site, bounds_of};
 use crate::light::SceneLight;
 use crate::options::SurfaceSignals;
 
 /// Lines up the groups' clusters, in order, behind the shared arrays.
-pub(crate) fn assemble(ground: Groundwork, light: SceneLight, groups: &[FinishedGroup]) -> BakedParts {
+pub(crate) fn assemble(mut ground: Groundwork, light: SceneLight, groups: &[FinishedGroup]) -> BakedParts {
     let report = report(&ground, groups);
     let sources = light.sources;
     let mut baked = BakedParts {
         scene_hash: ground.scene_hash,
-        settings: ground.settings,
+        settings: ground.settings.clone(),
         report,
         lightmap: LightmapLayout {
             width: ground.atlas.width,
             height: ground.atlas.height,
             pages: ground.atlas.pages,
-            faces: ground.atlas.faces,
-            back_faces: ground.atlas.back_faces,
-            dilation: ground.receivers.dilation,
+            faces: take(&mut ground.atlas.faces),
+            back_faces: take(&mut ground.atlas.back_faces),
+            dilation: take(&mut ground.receivers.dilation),
         },
         probes: ground.probes.positions.iter().map(|p| Probe { position: *p, support_radius: 0.0 }).collect(),
         light_samples: sources.surfels.light_samples,
         surfels: sources.surfels.surfels,
         surfel_groups: sources.surfels.groups,
         emitters: sources.emitters.signals,
-        relight_directions: ground.directions,
+        relight_directions: take(&mut ground.directions),
         relight_surfels: sources.relight_surfels,
         relight_gains: sources.balance.gains,
+        grid: ground.grid.layout,
+        grid_blocks: take(&mut ground.grid.blocks),
+        grid_vertices: ground.grid.vertices.iter().map(|vertex| GridVertex::at(vertex.offset)).collect(),
         scene: Arc::clone(ground.tracer.scene()),
         ..BakedParts::default()
     };
@@ -43,8 +46,9 @@ pub(crate) fn assemble(ground: Groundwork, light: SceneLight, groups: &[Finished
     if ground.plan.surfaces == SurfaceSignals::RelightHits {
         keep_seen_surfels(&mut baked);
     }
+    baked.grid_receivers = vec![NONE; baked.grid_vertices.len() * baked.grid.basis.rows()];
     for cluster in groups.iter().flat_map(|g| &g.clusters) {
-        append_cluster(&mut baked, cluster, &ground.sites, &ground.receivers.receivers, &probe_numbers);
+        append_cluster(&mut baked, cluster, &ground, &probe_numbers);
     }
     baked
 }
@@ -53,16 +57,16 @@ pub(crate) fn assemble(ground: Groundwork, light: SceneLight, groups: &[Finished
 fn append_cluster(
     baked: &mut BakedParts,
     cluster: &CompressedCluster,
-    sites: &[Site],
-    receivers: &[Receiver],
+    ground: &Groundwork,
     probe_numbers: &[u32],
 ) {
-    let bounds = bounds_of(sites, &cluster.receivers);
+    let positions = || cluster.receivers.iter().map(|row| ground.site_of_row(*row).position);
+    let first_receiver = baked.receiver_errors.len() as u32;
     baked.clusters.push(Cluster {
-        bounds,
+        bounds: Bounds::of(positions()),
         // Clusters never mix air spaces.
-        air_space: sites[cluster.receivers[0] as usize].air_space().unwrap_or(NONE),
-        first_receiver: baked.receiver_texels.len() as u32,
+        air_space: ground.site_of_row(cluster.receivers[0]).air_space().unwrap_or(NONE),
+        first_receiver,
         receiver_count: cluster.receivers.len() as u32,
         first_signal: baked.cluster_signals.len() as u32,
         signal_count: cluster.signals.len() as u32,
@@ -78,12 +82,17 @@ fn append_cluster(
     });
     for p in &cluster.probes {
         let probe = &mut baked.probes[probe_numbers[*p as usize] as usize];
-        for receiver in &cluster.receivers {
-            let distance = sites[*receiver as usize].position.distance(probe.position);
-            probe.support_radius = probe.support_radius.max(distance);
+        for position in positions() {
+            probe.support_radius = probe.support_radius.max(position.distance(probe.position));
         }
     }
-    baked.receiver_texels.extend(cluster.receivers.iter().map(|r| receivers[*r as usize].texel));
+    let texels = ground.texels().end;
+    for (row, receiver) in cluster.receivers.iter().zip(first_receiver..) {
+        match row.checked_sub(texels) {
+            None => baked.receiver_texels.push(ground.receivers.receivers[*row as usize].texel),
+            Some(row) => baked.grid_receivers[row as usize] = receiver,
+        }
+    }
     baked.cluster_signals.extend(&cluster.signals);
     baked.cluster_probes.extend(cluster.probes.iter().map(|p| probe_numbers[*p as usize]));
     baked.receiver_errors.extend(&cluster.factors.receiver_errors);

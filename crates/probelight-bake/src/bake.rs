@@ -35,14 +35,13 @@ pub fn bake(
     checkpoint.map_or(Ok(()), refuse_foreign_file)?;
     let ground = prepare(scene, options, progress)?;
     let light = SceneLight::prepare(&ground, progress)?;
-    let largest = ground.settings.receivers_per_cluster as usize;
-    let groups = ground.cluster_rule().partition(&ground.sites, largest);
+    let groups = ground.groups();
     let finished = bake_groups(&GroupWorker::new(&ground, &light), &groups, checkpoint, progress)?;
     Ok(BakedScene::new(assemble(ground, light, &finished))?)
 }
 
 /// Counts changes of the bake after which finished groups of before must not be used.
-const REVISION: u32 = 2;
+const REVISION: u32 = 3;
 
 /// Tells bakes apart whose finished groups must not be mixed.
 fn fingerprint(ground: &Groundwork) -> u64 {

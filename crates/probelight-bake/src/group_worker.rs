@@ -1,4 +1,6 @@
-//! Bakes groups of receivers, one at a time and independently of each other.
+//! Bakes groups of sites, one at a time and independently of each other.
+
+use std::collections::BTreeMap;
 
 use faer::{Mat, MatRef, Scale};
 use probelight_asset::Metric;
@@ -49,14 +51,14 @@ fn band_strength(l: usize) -> f32 {
 impl<'a> GroupWorker<'a> {
     /// For the groups of a scene.
     pub(crate) fn new(ground: &'a Groundwork, light: &'a SceneLight) -> Self {
-        let Groundwork { settings, sites, error, .. } = ground;
+        let Groundwork { settings, error, .. } = ground;
         let basis = |degree: u32| Basis::new(degree as usize);
         Self {
             ground,
             light,
             basis: basis(settings.sh_degree),
             sky_basis: basis(settings.sky_degree.unwrap_or(0)),
-            compressor: Compressor { settings, error: *error, sites, split_rule: ground.cluster_rule() },
+            compressor: Compressor { settings, error: *error, split_rule: ground.cluster_rule() },
         }
     }
 
@@ -80,26 +82,40 @@ impl<'a> GroupWorker<'a> {
             coverage: self.coverage_of(&probes),
         };
         let mut transport = Transport::default();
-        for (receiver, view) in group.iter().zip(&views) {
-            builder.add_row(&self.ground.place(*receiver), view, &mut transport);
+        for (site, view) in group.iter().zip(&views) {
+            builder.add_rows(&self.ground.place(*site), view, &mut transport);
         }
         if let Some(scalars) = &builder.scalars {
             transport.signals = scalars.numbers();
             transport.drop_unused_signals();
         }
+        let receivers: Vec<u32> = group.iter().flat_map(|site| self.ground.rows(*site)).collect();
         let matrix = GroupMatrix {
-            group,
+            receivers: &receivers,
+            sites: &receivers.iter().map(|row| *self.ground.site_of_row(*row)).collect::<Vec<_>>(),
+            parts: self.parts(group),
             halves: transport.halves.each_ref().map(Vec::as_slice),
             columns: transport.columns,
             signals: &transport.signals,
             probes: &probes,
-            metric: &self.metric(group.len(), &transport, &probes),
+            metric: &self.metric(receivers.len(), &transport, &probes),
         };
         FinishedGroup {
             clusters: self.compressor.compress(&matrix),
             approximated_rays: transport.approximated_rays,
             uncovered_rays: transport.uncovered_rays,
         }
+    }
+
+    /// The rows of a group that are compressed together.
+    fn parts(&self, group: &[u32]) -> Vec<Vec<u32>> {
+        let reception = self.ground.place(group[0]).reception;
+        let rows = 0..(group.len() * reception.rows()) as u32;
+        let mut parts = BTreeMap::<usize, Vec<u32>>::new();
+        for row in rows {
+            parts.entry(reception.part_of(row as usize % reception.rows())).or_default().push(row);
+        }
+        parts.into_values().collect()
     }
 
     fn choose_patches(&self, ensemble: &LightEnsemble, views: &[View]) -> PatchChoice {

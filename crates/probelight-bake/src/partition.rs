@@ -4,6 +4,7 @@
 //! the two sides of a thin wall, or a roof and the ceiling below it.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use probelight_math::glam::Vec3;
 
@@ -66,9 +67,9 @@ impl KdRule {
         (group, upper)
     }
 
-    /// Groups of at most `largest` sites, never mixing air spaces.
-    pub(crate) fn partition(self, sites: &[Site], largest: usize) -> Vec<Vec<u32>> {
-        let mut pending: Vec<Vec<u32>> = by_air_space(sites).into_iter().rev().collect();
+    /// Groups of at most `largest` of some sites, never mixing air spaces.
+    pub(crate) fn partition(self, sites: &[Site], numbers: Range<u32>, largest: usize) -> Vec<Vec<u32>> {
+        let mut pending: Vec<Vec<u32>> = by_air_space(sites, numbers).into_iter().rev().collect();
         let mut groups = Vec::new();
         while let Some(group) = pending.pop() {
             if group.len() <= largest {
@@ -83,11 +84,11 @@ impl KdRule {
     }
 }
 
-/// All sites, those of each air space together.
-pub(crate) fn by_air_space(sites: &[Site]) -> Vec<Vec<u32>> {
+/// Some sites, those of each air space together.
+pub(crate) fn by_air_space(sites: &[Site], numbers: Range<u32>) -> Vec<Vec<u32>> {
     let mut by_space: BTreeMap<Option<u32>, Vec<u32>> = BTreeMap::new();
-    for (r, site) in sites.iter().enumerate() {
-        by_space.entry(site.air_space()).or_default().push(r as u32);
+    for number in numbers {
+        by_space.entry(sites[number as usize].air_space()).or_default().push(number);
     }
     by_space.into_values().collect()
 }
@@ -121,7 +122,7 @@ mod tests {
             let air_space = u32::from(site.position.x > 3.0);
             site.outlook = Some(Outlook { probe: 0, position: Vec3::ZERO, air_space });
         }
-        let groups = KdRule { meters_per_normal: 1.0, by_outlook: true }.partition(&sites, 100);
+        let groups = KdRule { meters_per_normal: 1.0, by_outlook: true }.partition(&sites, 0..1000, 100);
         let mut seen: Vec<u32> = groups.iter().flatten().copied().collect();
         seen.sort_unstable();
         assert_eq!(seen, (0..1000).collect::<Vec<_>>());

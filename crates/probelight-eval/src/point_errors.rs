@@ -51,6 +51,11 @@ impl PointSelection {
         Self { sampling: Sampling::ByTriangle, triangles_below: Some(SMALL_TRIANGLE), ..Self::default() }
     }
 
+    /// The points in free space.
+    pub fn free_space() -> Self {
+        Self { kind: PointKind::FreeSpace, ..Self::default() }
+    }
+
     /// Whether a point counts.
     pub fn contains(&self, point: &ReferencePoint) -> bool {
         let is_small = |limit| point.triangle_area.is_some_and(|area| area < limit);

@@ -65,6 +65,7 @@ mod find_face;
 mod frame;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod irradiance_grid;
 mod irradiance_lightmap;
 #[cfg(feature = "cpu")]
 mod runtime;
@@ -79,6 +80,7 @@ pub use frame::{
     Budget, ClusterExtent, FrameInput, FramePlan, LodLevel, LodSettings, PerStage, Planner, ProbeExtent,
     Stage, StageTimings, View, stage_bytes,
 };
+pub use irradiance_grid::{IrradianceGrid, WeightedVertex, vertices_around};
 pub use irradiance_lightmap::IrradianceLightmap;
 #[cfg(feature = "cpu")]
 pub use runtime::Runtime;

@@ -10,11 +10,11 @@ use probelight_trace::Tracer;
 
 use crate::convergence::relative_change;
 use crate::cpu::{ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, ScalarSignals};
-use crate::frame::FramePlans;
+use crate::frame::{FramePlans, ReceiverPlace};
 use crate::scene_state::SceneState;
 use crate::{
-    Convergence, FrameInput, FramePlan, IrradianceLightmap, LodSettings, RuntimeError, Stage, StageTimings,
-    SurfaceColors,
+    Convergence, FrameInput, FramePlan, IrradianceGrid, IrradianceLightmap, LodSettings, RuntimeError, Stage,
+    StageTimings, SurfaceColors, WeightedVertex, vertices_around,
 };
 
 /// Lights a baked scene, frame by frame. Feature `cpu`, on by default.
@@ -207,6 +207,25 @@ impl Runtime {
         self.lightmap.irradiance_at(&self.tracer, &self.baked.lightmap, position, normal)
     }
 
+    /// Irradiance (W/m²) of a surface in free space at a world position that faces along `normal` (unit), as
+    /// [`irradiance_at`](Self::irradiance_at) says of static ones. `None` if the scene was baked without a grid, or if the
+    /// last frame did not compute the grid there ([`FrameInput::active_boxes`], [`FrameInput::whole_grid`]).
+    pub fn irradiance_in_air(&self, position: Vec3, normal: Vec3) -> Option<Vec3> {
+        let is_computed = |(vertex, _): &WeightedVertex| {
+            let mut rows = self.baked.vertex_receivers(*vertex).iter();
+            rows.all(|row| {
+                ReceiverPlace::at(&self.baked.clusters, *row).is_computed(self.plans.plan().clusters())
+            })
+        };
+        let is_lit = self.baked.has_grid() && vertices_around(&self.baked, position).iter().all(is_computed);
+        if is_lit { self.grid().irradiance(position, normal) } else { None }
+    }
+
+    /// The grid in free space with the light of the last frame, as far as that computed it.
+    pub fn grid(&self) -> IrradianceGrid<'_> {
+        IrradianceGrid::new(&self.baked, self.receivers.values())
+    }
+
     /// Scalar signals of the last frame.
     pub fn signals(&self) -> &ScalarSignals {
         &self.signals
@@ -227,7 +246,7 @@ impl Runtime {
         &self.coefficients
     }
 
-    /// Irradiance of the receivers in the last frame, W/m², in the order of `receiver_texels`.
+    /// Irradiance of the receivers in the last frame, W/m²: in the order of `receiver_texels`, then the grid's.
     pub fn receiver_irradiance(&self) -> &[Vec3] {
         self.receivers.values()
     }

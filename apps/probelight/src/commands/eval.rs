@@ -7,12 +7,12 @@ use std::sync::Arc;
 use clap::Args;
 use probelight_asset::BakedScene;
 use probelight_eval::{
-    BorderJumps, EvalError, PointErrors, PointKind, PointSelection, ReferencePoints, SMALL_TRIANGLE,
-    write_predictions,
+    BorderJumps, EvalError, PointErrors, PointKind, PointSelection, ReferencePoint, ReferencePoints,
+    SMALL_TRIANGLE, write_predictions,
 };
 use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::{GpuOptions, GpuRuntime};
-use probelight_runtime::{IrradianceLightmap, Runtime};
+use probelight_runtime::{FrameInput, IrradianceGrid, IrradianceLightmap, Runtime};
 use probelight_scene::Setup;
 use probelight_trace::Tracer;
 use rayon::prelude::*;
@@ -64,13 +64,15 @@ struct Report<'a> {
     points: &'a Path,
     /// Rows on surfaces.
     surface_points: usize,
-    /// Rows in free space, which have no prediction.
+    /// Rows in free space.
     free_space_points: usize,
     bounces: usize,
     #[serde(flatten)]
     errors: PointErrors,
     /// Errors on small triangles, if the table has points chosen by triangle.
     small_triangles: Option<PointErrors>,
+    /// Errors in free space, if the table has points there and the file light.
+    free_space: Option<PointErrors>,
     /// Seams between clusters; the reference has no part in them.
     border_jumps: BorderJumps,
 }
@@ -84,15 +86,16 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let reference = ReferencePoints::read(&flags.points)?;
     let baked = Arc::new(BakedScene::read(&flags.file)?);
     let backend = flags.backend.open(console)?;
-    let (lightmap, bounces) = lit_lightmap(&backend, &baked, &setup, console)?;
+    let light = lit_scene(&backend, &baked, &setup, console)?;
     interrupt::check()?;
 
-    let predictions = predict(&lightmap, &baked, &reference);
+    let predictions = predict(&light, &baked, &reference);
     if let Some(path) = &flags.predictions {
         write_predictions(path, &predictions)?;
     }
     let errors = PointErrors::measure(&reference, &predictions, &PointSelection::default())?;
-    let small_triangles = measure_small_triangles(&reference, &predictions)?;
+    let small_triangles = measure_some(&reference, &predictions, &PointSelection::small_triangles())?;
+    let free_space = measure_some(&reference, &predictions, &PointSelection::free_space())?;
     let surface_points = reference.points.iter().filter(|point| point.kind == PointKind::Surface).count();
     let report = Report {
         file: &flags.file,
@@ -101,61 +104,75 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
         points: &flags.points,
         surface_points,
         free_space_points: reference.points.len() - surface_points,
-        bounces,
+        bounces: light.bounces,
         errors,
         small_triangles,
-        border_jumps: BorderJumps::measure(&baked, &lightmap.texels),
+        free_space,
+        border_jumps: BorderJumps::measure(&baked, &light.lightmap.texels),
     };
     if flags.json { console::print_json(&report) } else { console::print(describe(&report)?.trim_end()) }
 }
 
-fn measure_small_triangles(
+/// The errors of some points, if any of them has a prediction.
+fn measure_some(
     reference: &ReferencePoints,
     predictions: &[Option<Vec3>],
+    selection: &PointSelection,
 ) -> Result<Option<PointErrors>, EvalError> {
-    let selection = PointSelection::small_triangles();
     let mut rows = reference.points.iter().zip(predictions);
     let has_any = rows.any(|(point, prediction)| prediction.is_some() && selection.contains(point));
-    has_any.then(|| PointErrors::measure(reference, predictions, &selection)).transpose()
+    has_any.then(|| PointErrors::measure(reference, predictions, selection)).transpose()
 }
 
-/// The lightmap after all bounces, and how many they were.
-fn lit_lightmap(
+/// The light of a scene after all bounces.
+struct LitScene {
+    lightmap: IrradianceLightmap,
+    /// Irradiance of all receivers.
+    receivers: Vec<Vec3>,
+    bounces: usize,
+}
+
+fn lit_scene(
     backend: &Backend,
     baked: &Arc<BakedScene>,
     setup: &Setup,
     console: &Console,
-) -> anyhow::Result<(IrradianceLightmap, usize)> {
+) -> anyhow::Result<LitScene> {
+    let with_grid = FrameInput { whole_grid: true, ..FrameInput::default() };
     match backend {
         Backend::Cpu => {
             let mut runtime = Runtime::new(baked.clone());
             let bounces = input::light(&mut runtime, setup, console)?;
-            Ok((runtime.irradiance().clone(), bounces))
+            runtime.step(&with_grid);
+            let receivers = runtime.receiver_irradiance().to_vec();
+            Ok(LitScene { lightmap: runtime.irradiance().clone(), receivers, bounces })
         }
         Backend::Gpu(gpu) => {
             let options = GpuOptions::default();
             let mut runtime = GpuRuntime::new(&gpu.device, &gpu.queue, baked.clone(), options)?;
             let bounces = input::light_on_gpu(&mut runtime, setup, console)?;
-            Ok((runtime.read_lightmap()?, bounces))
+            runtime.step(&with_grid);
+            Ok(LitScene {
+                lightmap: runtime.read_lightmap()?,
+                receivers: runtime.read_irradiance()?,
+                bounces,
+            })
         }
     }
 }
 
-/// Irradiance of every row that lies on a surface with light of its own.
-fn predict(
-    lightmap: &IrradianceLightmap,
-    baked: &BakedScene,
-    reference: &ReferencePoints,
-) -> Vec<Option<Vec3>> {
+/// Irradiance of every row on a surface with light of its own, or in free space where there is a grid.
+fn predict(light: &LitScene, baked: &BakedScene, reference: &ReferencePoints) -> Vec<Option<Vec3>> {
     let tracer = Tracer::new(Arc::clone(&baked.scene));
-    let points = reference.points.par_iter();
-    let on_surface = points.map(|point| (point.kind == PointKind::Surface).then_some(point));
-    on_surface
-        .map(|point| {
-            let point = point?;
-            lightmap.irradiance_at(&tracer, &baked.lightmap, point.position, point.normal)
-        })
-        .collect()
+    let grid = IrradianceGrid::new(baked, &light.receivers);
+    let irradiance = |point: &ReferencePoint| {
+        let (position, normal) = (point.position, point.normal);
+        match point.kind {
+            PointKind::Surface => light.lightmap.irradiance_at(&tracer, &baked.lightmap, position, normal),
+            PointKind::FreeSpace => grid.irradiance(position, normal),
+        }
+    };
+    reference.points.par_iter().map(irradiance).collect()
 }
 
 fn describe(report: &Report) -> Result<String, std::fmt::Error> {
@@ -170,7 +187,7 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
     line(
         "points",
         format!(
-            "{} on surfaces ({} without an answer), {} in free space (not predicted)",
+            "{} on surfaces ({} without an answer), {} in free space",
             report.surface_points, errors.unanswered, report.free_space_points
         ),
     )?;
@@ -193,6 +210,14 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
         line("relative RMSE", percent(small.relative_rmse))?;
         line("median relative error", percent(small.median_relative_error))?;
         line("black though lit", percent(Some(small.black_share)))?;
+    }
+    if let Some(free) = &report.free_space {
+        line("in free space", format!("{} points ({} without an answer)", free.answered, free.unanswered))?;
+        line("relative RMSE", percent(free.relative_rmse))?;
+        line("median relative error", percent(free.median_relative_error))?;
+        line("95th percentile", percent(free.p95_relative_error))?;
+        line("mean bias", percent(free.mean_bias))?;
+        line("black though lit", percent(Some(free.black_share)))?;
     }
     let jumps = &report.border_jumps;
     let both = |border, inside| format!("{} (inside clusters {})", percent(border), percent(inside));

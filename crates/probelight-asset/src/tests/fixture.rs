@@ -1,6 +1,6 @@
 //! A small baked scene, written by hand, with something in every field.
 
-use probelight_math::glam::{Vec2, Vec3, Vec4};
+use probelight_math::glam::{UVec3, Vec2, Vec3, Vec4};
 use probelight_scene::{
     AlphaMode, Bounds, Camera, Light, Material, Scene, SourceInstance, SourceTriangle, Sources, Texture,
     TextureSlot, Warning,
@@ -8,11 +8,12 @@ use probelight_scene::{
 
 use crate::packed::Ranks;
 use crate::{
-    BakeReport, BakeSettings, BakedParts, Cluster, Emitter, LightSample, LightmapFace, LightmapLayout,
-    Method, Metric, NONE, Probe, Storage, Surfel, SurfelGroup,
+    BakeReport, BakeSettings, BakedParts, Cluster, Emitter, GridBasis, GridBasisKind, GridBlock, GridLayout,
+    GridLobe, GridVertex, LightSample, LightmapFace, LightmapLayout, Method, Metric, NONE, Probe, Storage,
+    Surfel, SurfelGroup,
 };
 
-/// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters, two probes, three surfels in two
+/// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters and a vertex of a grid in a third, two probes, three surfels in two
 /// groups, an emitter, a sky of four signals.
 pub(super) fn baked_parts() -> BakedParts {
     BakedParts {
@@ -37,18 +38,30 @@ pub(super) fn baked_parts() -> BakedParts {
         relight_directions: vec![Vec3::Y, Vec3::NEG_Y, Vec3::new(0.6, 0.0, -0.8)],
         relight_surfels: vec![NONE, 0, 2, 1, NONE, 1],
         relight_gains: vec![128, 255, 0, 64, 128, 130],
+        grid: GridLayout {
+            origin: Vec3::new(0.1, 0.2, -3.5),
+            spacing: Vec3::new(1.0, 2.0, 1.5),
+            counts: UVec3::new(2, 5, 1),
+            basis: GridBasis { kind: GridBasisKind::Axes6, lobe: GridLobe::Angle },
+        },
+        grid_blocks: vec![
+            GridBlock { valid: [1 << 5, 0], first_vertex: 0 },
+            GridBlock { valid: [0, 0], first_vertex: 1 },
+        ],
+        grid_vertices: vec![GridVertex { offset: [3, -127, 0, 0] }],
+        grid_receivers: vec![7, 6, 5, 10, 9, 8],
         clusters: clusters(),
-        cluster_signals: vec![3, 9, 0],
+        cluster_signals: vec![3, 9, 0, 2],
         cluster_probes: vec![1, 0, 1],
         receiver_texels: vec![0, 2, 1, 7, 10],
-        receiver_errors: vec![0, 64, 255, 3, 9],
-        receiver_basis: vec![0xbc00_3555, 0x0001_7bff, 0x0081_7f01, 0x7000_0000],
+        receiver_errors: vec![0, 64, 255, 3, 9, 1, 2, 3, 4, 5, 6],
+        receiver_basis: vec![0xbc00_3555, 0x0001_7bff, 0x0081_7f01, 0x7000_0000, 0x0012_7654],
         signal_basis: (0..5)
             .map(|i| 0x0001_3c00 * i)
-            .chain([0x8171_017f, 0x0042_2400, 0x7f, 0x9705_3217])
+            .chain([0x8171_017f, 0x0042_2400, 0x7f, 0x9705_3217, 0x0000_3217])
             .collect(),
-        row_scales: vec![1.0, 2.5, 1e-20],
-        column_exponents: (0..15).map(|i| i * 18).collect(),
+        row_scales: vec![1.0, 2.5, 1e-20, 0.5],
+        column_exponents: (0..16).map(|i| i * 16).collect(),
     }
 }
 
@@ -155,6 +168,8 @@ fn settings() -> BakeSettings {
         byte_price: 0.25,
         max_rank: 32,
         max_cluster_error: 0.01,
+        grid_spacing: Some(2.0),
+        grid_basis: GridBasis { kind: GridBasisKind::Axes6, lobe: GridLobe::Angle },
         seed: u64::MAX,
     }
 }
@@ -239,5 +254,20 @@ fn clusters() -> Vec<Cluster> {
         column_exponent_offset: 10,
         error: 0.0,
     };
-    vec![first, second]
+    let of_grid = Cluster {
+        air_space: 0,
+        first_receiver: 5,
+        receiver_count: 6,
+        first_signal: 3,
+        signal_count: 1,
+        first_probe: 3,
+        probe_count: 0,
+        receiver_ranks: Ranks { f16: 0, snorm8: 0, snorm4: 1 },
+        receiver_basis_offset: 4,
+        signal_basis_offset: 9,
+        row_scale_offset: 3,
+        column_exponent_offset: 15,
+        ..second
+    };
+    vec![first, second, of_grid]
 }

@@ -33,7 +33,7 @@ impl BakedParts {
                 .ok_or_else(|| format!("cluster {c} is too large"))?;
         }
         let lengths = ClusterEnd {
-            receivers: self.receiver_texels.len() as u64,
+            receivers: self.receiver_count() as u64,
             signals: self.cluster_signals.len() as u64,
             probes: self.cluster_probes.len() as u64,
             receiver_basis: self.receiver_basis.len() as u64,

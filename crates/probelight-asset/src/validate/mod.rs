@@ -24,6 +24,7 @@ macro_rules! ensure {
 }
 
 mod clusters;
+mod grid;
 mod light;
 mod lightmap;
 
@@ -40,6 +41,7 @@ impl BakedParts {
             .and_then(|()| self.check_emitters())
             .and_then(|()| self.check_probes())
             .and_then(|()| self.check_relight_rays())
+            .and_then(|()| self.check_grid())
             .and_then(|()| self.check_clusters())
             .and_then(|()| self.check_matrices())
     }
@@ -76,6 +78,7 @@ impl BakedParts {
             settings.near_radius.unwrap_or(0.0),
             settings.byte_price,
             settings.max_cluster_error,
+            settings.grid_spacing.unwrap_or(0.0),
         ];
         ensure!(asked.iter().all(|v| v.is_finite()), "the settings have a number that is not finite");
         ensure!(

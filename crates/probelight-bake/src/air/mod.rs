@@ -25,8 +25,8 @@ use rayon::prelude::*;
 
 use crate::BakeError;
 use crate::air::limits::{
-    FEWEST_LIT_WALKS, FIRST_WALKS, MAX_BACK_SHARE, MAX_SOLID_SHARE, MAX_UNLIT_SHARE, PLACE_RAYS,
-    PLACES_TRIED, SMALLEST_COSINE, STEPS_PER_WALK, WALKS,
+    FEWEST_LIT_WALKS, FIRST_PLACE_RAYS, FIRST_WALKS, MAX_BACK_SHARE, MAX_SOLID_SHARE, MAX_UNLIT_SHARE,
+    PLACE_RAYS, PLACES_TRIED, SMALLEST_COSINE, STEPS_PER_WALK, WALKS,
 };
 use crate::air::point_tree::PointTree;
 use crate::air::voxels::VoxelGrid;
@@ -142,6 +142,18 @@ impl<'a> Air<'a> {
         };
         let sees_surface = |survey: &&Survey| survey.clearance.is_finite();
         self.surveys.par_iter().filter(sees_surface).filter(sees_light).copied().collect()
+    }
+
+    /// What a place sees, if that is light: surfaces most of which are lit, or the sky.
+    pub(crate) fn place_for_light(&self, position: Vec3, lit_sides: &LitSides) -> Option<Survey> {
+        let is_unlit = |ray: &Ray| self.tracer.closest_hit(ray).is_some_and(|hit| !lit_sides.is_lit(&hit));
+        // Most places inside solids are told by a few rays.
+        let scouts = rays_around(position).step_by(PLACE_RAYS / FIRST_PLACE_RAYS);
+        if scouts.filter(is_unlit).count() > FIRST_PLACE_RAYS / 2 {
+            return None;
+        }
+        let survey = Survey::of(self.tracer, position, false);
+        (self.unlit_share(&survey, lit_sides) <= MAX_UNLIT_SHARE).then_some(survey)
     }
 
     fn unlit_share(&self, survey: &Survey, lit_sides: &LitSides) -> f32 {

@@ -39,8 +39,12 @@ pub(crate) struct CompressedCluster {
 
 /// A group's transport and what its columns are.
 pub(crate) struct GroupMatrix<'a> {
-    /// Receivers (indices).
-    pub(crate) group: &'a [u32],
+    /// Receivers (row numbers, see [`crate::ground::Groundwork::rows`]).
+    pub(crate) receivers: &'a [u32],
+    /// The site of each.
+    pub(crate) sites: &'a [Site],
+    /// Rows that are compressed on their own to begin with.
+    pub(crate) parts: Vec<Vec<u32>>,
     /// Two estimates of A from half of the rays each, row-major, one row per receiver of the group.
     pub(crate) halves: [&'a [f32]; 2],
     pub(crate) columns: usize,
@@ -49,18 +53,10 @@ pub(crate) struct GroupMatrix<'a> {
     pub(crate) metric: &'a SignalMetric,
 }
 
-/// A matrix block still to be compressed: receivers (indices) and their rows of A.
-struct Block {
-    receivers: Vec<u32>,
-    /// Row numbers in the cluster's matrix.
-    rows: Vec<usize>,
-}
-
 /// What compression needs to know of its surroundings.
 pub(crate) struct Compressor<'a> {
     pub(crate) settings: &'a BakeSettings,
     pub(crate) error: ErrorGoal,
-    pub(crate) sites: &'a [Site],
     pub(crate) split_rule: KdRule,
 }
 
@@ -71,19 +67,20 @@ const FEWEST_RECEIVERS_PER_RANK: usize = 8;
 impl Compressor<'_> {
     /// Compresses the matrix of a group of receivers.
     pub(crate) fn compress(&self, matrix: &GroupMatrix<'_>) -> Vec<CompressedCluster> {
-        let halves =
-            matrix.halves.map(|rows| MatRef::from_row_major_slice(rows, matrix.group.len(), matrix.columns));
-        let mut pending =
-            vec![Block { receivers: matrix.group.to_vec(), rows: (0..matrix.group.len()).collect() }];
+        let halves = matrix
+            .halves
+            .map(|rows| MatRef::from_row_major_slice(rows, matrix.receivers.len(), matrix.columns));
+        let mut pending: Vec<Vec<u32>> = matrix.parts.iter().rev().cloned().collect();
         let mut clusters = Vec::new();
-        while let Some(mut block) = pending.pop() {
-            self.sort_coarsest_first(&mut block);
+        while let Some(mut rows) = pending.pop() {
+            sort_coarsest_first(&mut rows, matrix.sites);
             let halves = halves
-                .map(|half| Mat::from_fn(block.rows.len(), matrix.columns, |r, c| half[(block.rows[r], c)]));
-            let cluster = self.decompose(&block, &halves, matrix);
-            let can_split = block.rows.len() >= self.fewest_to_split();
+                .map(|half| Mat::from_fn(rows.len(), matrix.columns, |r, c| half[(rows[r] as usize, c)]));
+            let cluster = self.decompose(&rows, &halves, matrix);
+            let can_split = rows.len() >= self.fewest_to_split();
             if cluster.factors.error > self.error.error() && can_split {
-                let (lower, upper) = self.split(block);
+                rows.sort_unstable();
+                let (lower, upper) = self.split_rule.split(matrix.sites, rows);
                 pending.push(upper);
                 pending.push(lower);
             } else {
@@ -99,33 +96,8 @@ impl Compressor<'_> {
         if self.error.must_be_met() { max_rank + 1 } else { 2 * FEWEST_RECEIVERS_PER_RANK * max_rank }
     }
 
-    fn split(&self, block: Block) -> (Block, Block) {
-        let row_of: std::collections::HashMap<u32, usize> =
-            block.receivers.iter().copied().zip(block.rows.iter().copied()).collect();
-        let (lower, upper) = self.split_rule.split(self.sites, block.receivers);
-        let with_rows =
-            |receivers: Vec<u32>| Block { rows: receivers.iter().map(|r| row_of[r]).collect(), receivers };
-        (with_rows(lower), with_rows(upper))
-    }
-
-    /// Orders a block's receivers so that each level of detail is a prefix.
-    fn sort_coarsest_first(&self, block: &mut Block) {
-        let mut order: Vec<(u32, usize)> =
-            block.receivers.iter().copied().zip(block.rows.iter().copied()).collect();
-        order.sort_unstable_by_key(|(receiver, _)| {
-            let site = &self.sites[*receiver as usize];
-            (std::cmp::Reverse(site.level), site.seed)
-        });
-        (block.receivers, block.rows) = order.into_iter().unzip();
-    }
-
     /// The principal components of a block, with as many singular values and bits as the error asks for.
-    fn decompose(
-        &self,
-        block: &Block,
-        halves: &[Mat<f32>; 2],
-        matrix: &GroupMatrix<'_>,
-    ) -> CompressedCluster {
+    fn decompose(&self, rows: &[u32], halves: &[Mat<f32>; 2], matrix: &GroupMatrix<'_>) -> CompressedCluster {
         let a = (&halves[0] + &halves[1]) * Scale(0.5);
         let most = (self.settings.max_rank as usize).min(a.nrows());
         let components = Components::of(&a, halves, matrix.metric, most);
@@ -145,12 +117,20 @@ impl Compressor<'_> {
             byte_price: f64::from(self.settings.byte_price),
         };
         CompressedCluster {
-            receivers: block.receivers.clone(),
+            receivers: rows.iter().map(|row| matrix.receivers[*row as usize]).collect(),
             signals: matrix.signals.to_vec(),
             probes: matrix.probes.to_vec(),
             factors: quantize(&factors, matrix.metric, aim),
         }
     }
+}
+
+/// Orders rows so that each level of detail is a prefix.
+fn sort_coarsest_first(rows: &mut [u32], sites: &[Site]) {
+    rows.sort_unstable_by_key(|row| {
+        let site = &sites[*row as usize];
+        (std::cmp::Reverse(site.level), site.seed, *row)
+    });
 }
 
 #[cfg(test)]
@@ -223,12 +203,13 @@ pub(crate) mod tests {
         let compressor = Compressor {
             settings,
             error: ErrorGoal::About(settings.max_cluster_error),
-            sites: &sites,
             split_rule: KdRule { meters_per_normal: 1.0, by_outlook: true },
         };
         let group: Vec<u32> = (0..count as u32).collect();
         compressor.compress(&GroupMatrix {
-            group: &group,
+            receivers: &group,
+            sites: &sites,
+            parts: vec![group.clone()],
             halves: [rows, rows],
             columns: COLUMNS,
             signals: &[7, 9],

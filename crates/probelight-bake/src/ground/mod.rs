@@ -2,6 +2,7 @@
 
 pub(crate) mod atlas;
 mod cut;
+pub(crate) mod grid;
 mod layout;
 mod outlooks;
 pub(crate) mod probes;
@@ -11,6 +12,7 @@ pub(crate) mod sample_point;
 pub(crate) mod site;
 pub(crate) mod texel_points;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use probelight_asset::BakeSettings;
@@ -23,12 +25,13 @@ use crate::air::point_tree::PointTree;
 use crate::air::{Air, LitSides};
 use crate::ground::atlas::Atlas;
 use crate::ground::cut::{CutScene, cut_along_walls};
+use crate::ground::grid::{Grid, place_grid};
 use crate::ground::layout::fit_layout;
 use crate::ground::outlooks::find_outlooks;
 use crate::ground::probes::place_probes;
 use crate::ground::receivers::{Receivers, place_receivers};
 use crate::ground::relight::trace_relight_rays;
-use crate::ground::sample_point::SamplePoint;
+use crate::ground::sample_point::{Lobe, Reception, SamplePoint};
 use crate::ground::site::{Place, Site};
 use crate::ground::texel_points::TexelPoints;
 use crate::options::{Decided, ErrorGoal, SignalPlan};
@@ -53,7 +56,9 @@ pub(crate) struct Groundwork {
     pub(crate) atlas: Atlas,
     /// Lightmap texels with light of their own.
     pub(crate) receivers: Receivers,
-    /// The places that gather light: the receivers', with the same numbers.
+    /// The grid in free space.
+    pub(crate) grid: Grid,
+    /// The places that gather light: the receivers', with the same numbers, then the grid's vertices.
     pub(crate) sites: Vec<Site>,
     /// The points of each receiver's texel that count.
     pub(crate) points: TexelPoints,
@@ -91,16 +96,17 @@ pub(crate) fn prepare(
     let directions = progressive_sphere(settings.relight_rays as usize);
     let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
     let probes = PointTree::of(&probes);
-    let outlooks =
-        find_outlooks(&tracer, &probes, &directions, &relight_hits, &receivers.receivers, progress)?;
-    let sites: Vec<Site> = receivers
-        .receivers
-        .iter()
-        .zip(outlooks)
-        .map(|(receiver, outlook)| receiver.site(outlook, layout.atlas.width))
-        .collect();
+    let grid = place_grid(&air, &lit_sides, &settings, progress)?;
+    let on_texels = receivers.receivers.iter().map(|receiver| receiver.ray_origin(&tracer));
+    let origins: Vec<Vec3> = on_texels.chain(grid.vertices.iter().map(|vertex| vertex.position)).collect();
+    let outlooks = find_outlooks(&tracer, &probes, &directions, &relight_hits, &origins, progress)?;
+    let (of_texels, of_grid) = outlooks.split_at(receivers.receivers.len());
+    let on_texels = receivers.receivers.iter().zip(of_texels);
+    let mut sites: Vec<Site> =
+        on_texels.map(|(receiver, outlook)| receiver.site(*outlook, layout.atlas.width)).collect();
     let texel_size = 1.0 / settings.texels_per_meter;
     let points = points.in_sight(&tracer, &sites, &probes, texel_size, progress)?;
+    sites.extend(grid.sites(of_grid, layout.atlas.width * layout.atlas.height));
     Ok(Groundwork {
         warnings: [far_away(tracer.scene()), air.warning(), layout.warning].into_iter().flatten().collect(),
         scene_hash,
@@ -110,6 +116,7 @@ pub(crate) fn prepare(
         tracer,
         atlas: layout.atlas,
         receivers,
+        grid,
         sites,
         points,
         probes,
@@ -147,10 +154,60 @@ fn far_away(scene: &Scene) -> Option<Warning> {
 }
 
 impl Groundwork {
+    /// The sites that are the receivers' texels.
+    pub(crate) fn texels(&self) -> Range<u32> {
+        0..self.receivers.receivers.len() as u32
+    }
+
+    /// The sites that are the grid's vertices.
+    pub(crate) fn vertices(&self) -> Range<u32> {
+        self.texels().end..self.sites.len() as u32
+    }
+
     /// A site and its points.
-    pub(crate) fn place(&self, site: u32) -> Place<'_> {
-        let points = self.points.of(site).iter().map(|point| SamplePoint::on_surface(&self.tracer, point));
-        Place { site: &self.sites[site as usize], points: points.collect() }
+    pub(crate) fn place(&self, number: u32) -> Place<'_> {
+        let site = &self.sites[number as usize];
+        if self.texels().contains(&number) {
+            let points =
+                self.points.of(number).iter().map(|point| SamplePoint::on_surface(&self.tracer, point));
+            Place { site, points: points.collect(), reception: Reception::Irradiance }
+        } else {
+            let points = vec![SamplePoint { origin: site.position, lobe: Lobe::Sphere }];
+            Place { site, points, reception: Reception::Basis(self.grid.layout.basis) }
+        }
+    }
+
+    /// Gather rays of a site. Those of a vertex of the grid go all around, and serve several rows.
+    pub(crate) fn rays_of(&self, site: u32) -> u32 {
+        let rays = self.settings.gather_rays;
+        if self.texels().contains(&site) { rays } else { grid::RAYS_PER_GATHER_RAY * rays }
+    }
+
+    /// The rows of a site's transport, in the numbering that the receivers of clusters have.
+    pub(crate) fn rows(&self, site: u32) -> Range<u32> {
+        let texels = self.texels().end;
+        if site < texels {
+            return site..site + 1;
+        }
+        let rows = self.grid.layout.basis.rows() as u32;
+        let first = texels + (site - texels) * rows;
+        first..first + rows
+    }
+
+    /// The site that a row belongs to.
+    pub(crate) fn site_of_row(&self, row: u32) -> &Site {
+        let texels = self.texels().end;
+        let site =
+            if row < texels { row } else { texels + (row - texels) / self.grid.layout.basis.rows() as u32 };
+        &self.sites[site as usize]
+    }
+
+    /// The sites, in groups whose transport is compressed together: first all texels, then all vertices.
+    pub(crate) fn groups(&self) -> Vec<Vec<u32>> {
+        let (rule, texels) = (self.cluster_rule(), self.settings.receivers_per_cluster as usize);
+        let mut groups = rule.partition(&self.sites, self.texels(), texels);
+        groups.extend(rule.partition(&self.sites, self.vertices(), grid::VERTICES_PER_GROUP));
+        groups
     }
 
     /// How clusters of sites are divided: those facing opposite ways before those half a full cluster's width apart.

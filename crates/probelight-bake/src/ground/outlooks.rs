@@ -1,4 +1,4 @@
-//! Which probes and receivers can exchange light at all.
+//! Which probes and places can exchange light at all.
 //!
 //! An air space is a set of probes connected by lines of sight, directly or over a surface that both see.
 //! Two spaces exchange no light, so no cluster may mix their receivers: truncation would leak light
@@ -11,7 +11,6 @@ use rayon::prelude::*;
 use crate::BakeError;
 use crate::air::limits::PROBES_TRIED_FOR_OUTLOOK;
 use crate::air::point_tree::PointTree;
-use crate::ground::receivers::Receiver;
 use crate::ground::site::Outlook;
 use crate::steps::for_each_in_parallel;
 
@@ -19,23 +18,22 @@ use crate::steps::for_each_in_parallel;
 const NEIGHBOURS: usize = 16;
 const SHARED_POINTS: usize = 32;
 
-/// Finds each receiver's outlook: the nearest probe it sees, and that probe's air space.
+/// Finds the outlook of each place that rays start from: the nearest probe it sees, and that probe's air space.
 pub(crate) fn find_outlooks(
     tracer: &Tracer,
     probes: &PointTree,
     directions: &[Vec3],
     relight_hits: &[Option<Hit>],
-    receivers: &[Receiver],
+    origins: &[Vec3],
     progress: &dyn Progress,
 ) -> Result<Vec<Option<Outlook>>, BakeError> {
     let spaces = connect_probes(tracer, probes, directions, relight_hits, progress)?;
-    let outlook = |receiver: &Receiver| {
-        let origin = receiver.ray_origin(tracer);
-        let probe = probes.nearest_visible(tracer, origin, PROBES_TRIED_FOR_OUTLOOK, |_| true).next()?;
+    let outlook = |origin: &Vec3| {
+        let probe = probes.nearest_visible(tracer, *origin, PROBES_TRIED_FOR_OUTLOOK, |_| true).next()?;
         let (position, air_space) = (probes.positions[probe as usize], spaces[probe as usize]);
         Some(Outlook { probe, position, air_space })
     };
-    for_each_in_parallel("looking out", receivers.par_iter(), progress, outlook)
+    for_each_in_parallel("looking out", origins.par_iter(), progress, outlook)
 }
 
 /// The air space of each probe.

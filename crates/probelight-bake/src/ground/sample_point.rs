@@ -2,8 +2,9 @@
 
 use std::f32::consts::PI;
 
+use probelight_asset::{GridBasis, MAX_GRID_ROWS};
 use probelight_math::glam::{Vec2, Vec3};
-use probelight_math::sampling::{cosine_hemisphere_from_square, world_from_tangent};
+use probelight_math::sampling::{cosine_hemisphere_from_square, sphere_from_square, world_from_tangent};
 use probelight_trace::Tracer;
 
 use crate::air::Outpost;
@@ -52,34 +53,84 @@ impl SamplePoint {
     /// On a surface.
     pub(crate) fn on_surface(tracer: &Tracer, point: &SurfacePoint) -> Self {
         let Outpost { origin, normal } = point.outpost(tracer);
-        Self { origin, lobe: Lobe::cosine(normal) }
+        Self { origin, lobe: Lobe::Cosine(normal) }
     }
 }
 
-/// How a place weighs the light that comes from each direction: by Lambert's cosine. All that draws or weighs directions
-/// asks here, so a place in free space needs no more than a lobe of its own.
+/// How the rays of a point are spread over the directions.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Lobe {
-    normal: Vec3,
+pub(crate) enum Lobe {
+    /// By the cosine with a unit normal.
+    Cosine(Vec3),
+    /// Evenly.
+    Sphere,
 }
 
 impl Lobe {
     /// Integral over all directions, steradians.
-    pub(crate) const TOTAL: f32 = PI;
-
-    /// Of a surface with a unit normal.
-    pub(crate) fn cosine(normal: Vec3) -> Self {
-        Self { normal }
+    pub(crate) const fn total(self) -> f32 {
+        match self {
+            Self::Cosine(_) => PI,
+            Self::Sphere => 4.0 * PI,
+        }
     }
 
     /// A unit direction drawn in proportion to the lobe, and its value there.
-    pub(crate) fn draw(&self, u: Vec2) -> (Vec3, f32) {
-        let local = cosine_hemisphere_from_square(u);
-        (world_from_tangent(self.normal) * local, local.z.max(f32::MIN_POSITIVE))
+    pub(crate) fn draw(self, u: Vec2) -> (Vec3, f32) {
+        match self {
+            Self::Cosine(normal) => {
+                let local = cosine_hemisphere_from_square(u);
+                (world_from_tangent(normal) * local, local.z.max(f32::MIN_POSITIVE))
+            }
+            Self::Sphere => (sphere_from_square(u), 1.0),
+        }
     }
 
     /// Its value along a unit direction; not above zero where it takes no light from.
-    pub(crate) fn value(&self, direction: Vec3) -> f32 {
-        self.normal.dot(direction)
+    pub(crate) fn value(self, direction: Vec3) -> f32 {
+        match self {
+            Self::Cosine(normal) => normal.dot(direction),
+            Self::Sphere => 1.0,
+        }
+    }
+}
+
+/// What a place keeps of the light that its lobe brings: one number or several, the rows of its transport.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) enum Reception {
+    /// All of it: irradiance.
+    #[default]
+    Irradiance,
+    /// As much as each function of a basis takes.
+    Basis(GridBasis),
+}
+
+impl Reception {
+    /// Number of rows.
+    pub(crate) const fn rows(self) -> usize {
+        match self {
+            Self::Irradiance => 1,
+            Self::Basis(basis) => basis.rows(),
+        }
+    }
+
+    /// Which rows are compressed together.
+    pub(crate) const fn part_of(self, row: usize) -> usize {
+        match self {
+            Self::Irradiance => 0,
+            Self::Basis(basis) => basis.part_of(row),
+        }
+    }
+
+    /// How much of the lobe's light from a unit direction each row takes.
+    pub(crate) fn factors(self, direction: Vec3) -> [f32; MAX_GRID_ROWS] {
+        match self {
+            Self::Irradiance => {
+                let mut one = [0.0; MAX_GRID_ROWS];
+                one[0] = 1.0;
+                one
+            }
+            Self::Basis(basis) => basis.received(direction),
+        }
     }
 }

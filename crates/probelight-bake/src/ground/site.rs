@@ -1,13 +1,14 @@
 //! Sites: places that gather light, whatever their light is stored for.
 //!
 //! Gathering, the choice of signals, transport and compression know sites only. That a site is a lightmap texel
-//! matters to the steps before ([`crate::ground::receivers`]) and to the file.
+//! or a vertex of the grid matters to the steps before ([`crate::ground::receivers`], [`crate::ground::grid`]) and to
+//! the file.
 
 use probelight_math::glam::Vec3;
 use probelight_scene::Bounds;
 use probelight_trace::Tracer;
 
-use crate::ground::sample_point::SamplePoint;
+use crate::ground::sample_point::{Reception, SamplePoint};
 
 /// A place that gathers light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,7 +19,7 @@ pub(crate) struct Site {
     pub(crate) level: u32,
     /// World position, metres.
     pub(crate) position: Vec3,
-    /// Unit; towards the side that it gathers from.
+    /// Unit, towards the side that it gathers from; zero if that is all around.
     pub(crate) normal: Vec3,
     /// The nearest probe it sees; `None` where none does.
     pub(crate) outlook: Option<Outlook>,
@@ -35,10 +36,11 @@ pub(crate) struct Outlook {
     pub(crate) air_space: u32,
 }
 
-/// A site and the points that its rays start from.
+/// A site, the points that its rays start from, and what it keeps of the light.
 pub(crate) struct Place<'a> {
     pub(crate) site: &'a Site,
     pub(crate) points: Vec<SamplePoint>,
+    pub(crate) reception: Reception,
 }
 
 impl Site {

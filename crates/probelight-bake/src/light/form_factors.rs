@@ -10,7 +10,6 @@ use probelight_math::sampling::{hash_pair, sobol_owen, unit_from_bits};
 use probelight_scene::Bounds;
 use probelight_trace::Tracer;
 
-use crate::ground::sample_point::Lobe;
 use crate::ground::site::Place;
 use crate::light::emitters::{EmitterPatch, Emitters};
 use crate::transport::gather::GatherRay;
@@ -52,8 +51,8 @@ impl Emitters {
         EmitterSampling(weights.iter().map(|weight| MOST_SAMPLES * weight / total).collect())
     }
 
-    /// Adds the form factors (steradians, cosine-weighted) of all emitters seen from a texel to `sums`, one for
-    /// each signal: one of two independent estimates. The gather rays are part of it.
+    /// Adds the form factors (steradians, weighted as the place's rows do) of all emitters to `sums`, one for each signal,
+    /// row by row: one of two independent estimates. The gather rays are part of it.
     pub(crate) fn add_form_factors(
         &self,
         tracer: &Tracer,
@@ -63,7 +62,13 @@ impl Emitters {
         rays: &[GatherRay],
         sums: &mut [f32],
     ) {
-        let ray_count = rays.len() as f32;
+        let rays_per_lobe = rays.len() as f32 / place.points[0].lobe.total();
+        let mut add = |signal: u32, direction: Vec3, share: f32| {
+            let rows = sums.chunks_exact_mut(self.signals.len());
+            for (row, factor) in rows.zip(place.reception.factors(direction)) {
+                row[signal as usize] += factor * share;
+            }
+        };
         for ray in rays {
             let Some(hit) = ray.hit else { continue };
             let patch = self.patch_of_triangle[hit.triangle as usize];
@@ -74,9 +79,9 @@ impl Emitters {
             let patch = &self.patches[patch as usize];
             let values = (ray.lobe, -hit.normal.dot(ray.direction));
             let squared = hit.distance * hit.distance;
-            let weight = balanced_weight(samples, ray_count, patch.area(), values, squared);
-            sums[patch.signal as usize] +=
-                weight * self.texel_share(tracer, patch, hit.triangle, hit.barycentric);
+            let weight = balanced_weight(samples, rays_per_lobe, patch.area(), values, squared);
+            let share = weight * self.texel_share(tracer, patch, hit.triangle, hit.barycentric);
+            add(patch.signal, ray.direction, share);
         }
         for (p, (patch, samples)) in (0..).zip(self.patches.iter().zip(&sampling.0)) {
             let (first, drawn) = sampling.points(p, place.site.seed, half as u32);
@@ -93,9 +98,9 @@ impl Emitters {
                 let direction = offset / squared.sqrt();
                 let values = (point.lobe.value(direction), -normal.dot(direction));
                 if values.0 > 0.0 && values.1 > 0.0 && tracer.is_visible(origin, position) {
-                    let weight = balanced_weight(*samples, ray_count, patch.area(), values, squared);
-                    sums[patch.signal as usize] +=
-                        weight * self.texel_share(tracer, patch, triangle, barycentric);
+                    let weight = balanced_weight(*samples, rays_per_lobe, patch.area(), values, squared);
+                    let share = weight * self.texel_share(tracer, patch, triangle, barycentric);
+                    add(patch.signal, direction, share);
                 }
             }
         }
@@ -113,12 +118,18 @@ impl Emitters {
 }
 
 /// What one point adds to the form factor, whichever way it was found: the value of the place's lobe over the density
-/// (per solid angle) of `samples` points on the patch and `rays` gather rays together. `values`: the lobe's, and the
-/// cosine at the emitter.
-fn balanced_weight(samples: f32, rays: f32, area: f32, values: (f32, f32), squared_distance: f32) -> f32 {
+/// (per solid angle) of `samples` points on the patch and of gather rays, `rays_per_lobe` for each unit of the lobe.
+/// `values`: the lobe's, and the cosine at the emitter.
+fn balanced_weight(
+    samples: f32,
+    rays_per_lobe: f32,
+    area: f32,
+    values: (f32, f32),
+    squared_distance: f32,
+) -> f32 {
     let (lobe, at_emitter) = values;
     let by_area = samples * squared_distance / (area * at_emitter).max(f32::MIN_POSITIVE);
-    lobe / (by_area + rays * lobe / Lobe::TOTAL)
+    lobe / (by_area + rays_per_lobe * lobe)
 }
 
 #[cfg(test)]
@@ -129,7 +140,7 @@ mod tests {
     use probelight_scene::{Material, Scene};
 
     use super::*;
-    use crate::ground::sample_point::{Lobe, SamplePoint};
+    use crate::ground::sample_point::{Lobe, Reception, SamplePoint};
     use crate::ground::site::Site;
     use crate::transport::gather::gather_rays;
 
@@ -184,8 +195,8 @@ mod tests {
         let mut sums = [0.0];
         for seed in 0..sites {
             let site = Site { seed, normal: Vec3::Y, ..Site::default() };
-            let points = vec![SamplePoint { origin: Vec3::ZERO, lobe: Lobe::cosine(Vec3::Y) }];
-            let place = Place { site: &site, points };
+            let points = vec![SamplePoint { origin: Vec3::ZERO, lobe: Lobe::Cosine(Vec3::Y) }];
+            let place = Place { site: &site, points, reception: Reception::Irradiance };
             let rays: Vec<GatherRay> =
                 if with_rays { gather_rays(tracer, &place, RAYS, 0).concat() } else { Vec::new() };
             emitters.add_form_factors(tracer, &place, sampling, 0, &rays, &mut sums);

@@ -30,7 +30,7 @@ impl SurfelTree {
             ..Self::default()
         };
         let mut group_sizes = Vec::new();
-        for group in by_air_space(&ground.sites) {
+        for group in by_air_space(&ground.sites, ground.texels()) {
             for side in by_side(&ground.sites, group) {
                 builder.add_patch(side, &mut tree, &mut group_sizes);
             }

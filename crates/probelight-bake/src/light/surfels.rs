@@ -92,7 +92,7 @@ mod tests {
             }
         }
         let total: usize = members.iter().map(Vec::len).sum();
-        assert_eq!(total, scene.ground.sites.len());
+        assert_eq!(total, scene.ground.texels().len());
         assert!(members.len() * 2 < total, "{} surfels of {total} receivers", members.len());
     }
 
@@ -112,7 +112,7 @@ mod tests {
             let [a, b] = group.children.map(|child| tree.surfels_in(child));
             assert_eq!(a + b, tree.surfels_in(number as u32));
         }
-        let sides = by_air_space(&scene.ground.sites)
+        let sides = by_air_space(&scene.ground.sites, scene.ground.texels())
             .into_iter()
             .flat_map(|group| by_side(&scene.ground.sites, group));
         let roots = tree.parents.iter().filter(|parent| **parent == NONE).count();
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn every_gather_ray_inside_a_closed_room_ends_on_a_surfel() {
         let scene = SmallScene::load("furnace.glb");
-        for receiver in (0..scene.ground.sites.len() as u32).step_by(20) {
+        for receiver in scene.ground.texels().step_by(20) {
             for ray in scene.gather(receiver, 32) {
                 let hit = ray.hit.expect("the room is closed");
                 let surfel = scene.light.sources.surfels.surfel_of_hit(&scene.ground.atlas, &hit);

@@ -2,7 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use probelight_asset::{BakeSettings, Method, Metric, Storage};
+use probelight_asset::{BakeSettings, GridBasis, Method, Metric, Storage};
+use probelight_math::glam::DVec3;
 use probelight_trace::Tracer;
 
 use super::scale::Scale;
@@ -34,6 +35,13 @@ const SMALLEST_SPACING: f32 = 0.25;
 
 /// Edge of the voxels in which places for probes are looked for, as a share of the smallest probe spacing.
 const VOXEL_PER_SPACING: f32 = 0.5;
+
+/// Vertices of the grid in free space for each receiver, and how many any scene has.
+const VERTICES_PER_RECEIVER: f64 = 0.06;
+const FEWEST_VERTICES: f64 = 1000.0;
+
+/// Smallest extent of the space that the grid's default spacing is chosen for, as a share of the largest.
+const FLATTEST: f64 = 0.05;
 
 /// How fine the lightmap is to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,6 +141,8 @@ pub(crate) struct Wishes {
     pub(crate) smallest_spacing: f32,
     pub(crate) error: ErrorGoal,
     pub(crate) seed: u64,
+    grid_spacing: Option<f32>,
+    grid_basis: GridBasis,
     method: Method,
     metric: Metric,
     storage: Storage,
@@ -207,6 +217,8 @@ impl Wishes {
                     price * (decided.receivers as f32 / many as f32).min(1.0)
                 }
             },
+            grid_spacing: self.grid_spacing,
+            grid_basis: self.grid_basis,
             seed: self.seed,
         }
     }
@@ -242,6 +254,8 @@ impl BakeOptions {
             smallest_spacing,
             error,
             seed: self.seed.unwrap_or(0),
+            grid_spacing: self.grid_spacing(tracer, receivers)?,
+            grid_basis: self.grid_basis.unwrap_or_default(),
             method,
             metric: self.metric.unwrap_or(plan.metric),
             storage: self.storage.unwrap_or(plan.storage),
@@ -294,6 +308,20 @@ impl BakeOptions {
                 budget: budget(self.relight_rays, preset.relight_ray_budget),
             },
         ])
+    }
+
+    /// Distance between the grid's vertices; none without a grid.
+    fn grid_spacing(&self, tracer: &Tracer, receivers: f64) -> Result<Option<f32>, BakeError> {
+        let size = tracer.scene().bounds().size().as_dvec3();
+        // Flat scenes have room above them.
+        let size = size.max(DVec3::splat(FLATTEST * size.max_element()));
+        let spacing_of = |vertices: f64| (size.element_product() / vertices).cbrt() as f32;
+        Ok(match (positive("the grid's spacing", self.grid_spacing)?, self.grid_vertices) {
+            (Some(spacing), _) => Some(spacing),
+            (None, Some(0)) => None,
+            (None, Some(vertices)) => Some(spacing_of(f64::from(vertices))),
+            (None, None) => Some(spacing_of((receivers * VERTICES_PER_RECEIVER).max(FEWEST_VERTICES))),
+        })
     }
 
     fn density(&self, free_distance: f32, max_receivers: u32) -> Result<TexelDensity, BakeError> {

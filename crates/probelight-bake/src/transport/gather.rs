@@ -4,7 +4,6 @@ use probelight_math::glam::Vec3;
 use probelight_math::sampling::{hash_pair, sobol_owen};
 use probelight_trace::{Hit, Ray, Tracer};
 
-use crate::ground::sample_point::Lobe;
 use crate::ground::site::Place;
 
 /// A gather ray and where it ends.
@@ -18,7 +17,7 @@ pub(crate) struct GatherRay {
     pub(crate) direction: Vec3,
     /// Value of the place's lobe along the direction.
     pub(crate) lobe: f32,
-    /// Part of the place's lobe that it stands for, steradians; all of an estimate together are [`Lobe::TOTAL`].
+    /// Part of the place's lobe that it stands for, steradians; all of an estimate together are all of it.
     pub(crate) weight: f32,
     /// The surface it meets, or the sky.
     pub(crate) hit: Option<Hit>,
@@ -71,7 +70,7 @@ pub(crate) fn gather_rays(tracer: &Tracer, place: &Place<'_>, count: u32, seed: 
                 origin,
                 direction,
                 lobe,
-                weight: Lobe::TOTAL / rays_in_half as f32,
+                weight: point.lobe.total() / rays_in_half as f32,
                 hit: tracer.closest_hit(&Ray::new(origin, direction)),
             }
         };

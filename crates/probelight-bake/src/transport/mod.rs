@@ -4,7 +4,8 @@
 //! at y, takes it from the probes that see y, in proportion to their weights; the direction Ψ from the probe
 //! to y says which value of the probe's spherical function that is (\[SED\] eq. 3). A ray that leaves the
 //! scene takes the value of the sky's spherical function. Summed over cosine-distributed rays with weight π/N
-//! each, this is \[SED\] eq. 4 with the cosine that belongs to irradiance.
+//! each, this is \[SED\] eq. 4 with the cosine that belongs to irradiance. A vertex of the grid has several rows from the
+//! same rays, each of which takes its own share of them.
 
 pub(crate) mod gather;
 pub(crate) mod patch_choice;
@@ -12,22 +13,23 @@ pub(crate) mod probe_choice;
 mod row_accumulator;
 pub(crate) mod view;
 
+use probelight_asset::MAX_GRID_ROWS;
 use probelight_math::glam::Vec3;
 use probelight_math::sh::Basis;
 use probelight_trace::{Ray, Tracer};
 
-use crate::ground::site::{Place, Site};
+use crate::ground::site::Place;
 use crate::light::emitters::Emitters;
 use crate::light::form_factors::EmitterSampling;
 use crate::transport::gather::GatherHit;
 use crate::transport::patch_choice::PatchChoice;
-use crate::transport::row_accumulator::RowAccumulator;
+use crate::transport::row_accumulator::{FinishedRows, RowAccumulator};
 use crate::transport::view::{SeenHalf, View};
 
 /// A cluster's uncompressed transport.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Transport {
-    /// Two estimates of A from half of the rays each, steradians. Row-major, one row per receiver; scalar
+    /// Two estimates of A from half of the rays each, steradians. Row-major, one row per receiver (a texel has one, a vertex of the grid several); scalar
     /// signals, then the probes' coefficients in the asset's band-major order.
     pub(crate) halves: [Vec<f32>; 2],
     /// Number of columns.
@@ -126,96 +128,147 @@ const LARGEST_PATCH_SUM: f32 = 1.1;
 /// Nearest distance that still raises a probe's weight, as a share of the support radius; keeps 1/d² finite.
 const NEAREST_SHARE: f32 = 0.01;
 
+/// A ray's end that probes serve.
+struct FarEnd {
+    hit: GatherHit,
+    /// Steradians of the place's lobe.
+    weight: f32,
+    /// What each row takes of it.
+    factors: [f32; MAX_GRID_ROWS],
+}
+
+/// The part of a place's rows that does not come from probes.
+struct ScalarRows<'a> {
+    /// Of each row: patches, then emitters.
+    sums: Vec<f32>,
+    columns: usize,
+    sky: FinishedRows<'a>,
+}
+
 impl TransportBuilder<'_> {
-    /// Adds a site's row to both halves, each from one half of its view.
-    pub(crate) fn add_row(&self, place: &Place<'_>, view: &View, transport: &mut Transport) {
+    /// Adds a place's rows to both halves, each from one half of its view.
+    pub(crate) fn add_rows(&self, place: &Place<'_>, view: &View, transport: &mut Transport) {
         for (half, seen) in view.halves.iter().enumerate() {
-            self.add_half_row(place, seen, half, transport);
+            self.add_half_rows(place, seen, half, transport);
         }
     }
 
-    fn add_half_row(&self, place: &Place<'_>, seen: &SeenHalf, half: usize, transport: &mut Transport) {
-        let far = match &self.scalars {
-            Some(scalars) => self.add_scalar_signals(scalars, place, seen, half, transport),
-            None => seen.rays.iter().map(|ray| (ray.end(self.tracer), ray.weight)).collect(),
+    fn add_half_rows(&self, place: &Place<'_>, seen: &SeenHalf, half: usize, transport: &mut Transport) {
+        let mut far = Vec::new();
+        let scalars = match &self.scalars {
+            Some(scalars) => Some(self.add_scalar_signals(scalars, place, seen, half, transport, &mut far)),
+            None => {
+                far.extend(seen.rays.iter().map(|ray| FarEnd {
+                    hit: ray.end(self.tracer),
+                    weight: ray.weight,
+                    factors: place.reception.factors(ray.direction),
+                }));
+                None
+            }
         };
-        self.add_probes(place.site, &far, half, transport);
+        let of_probes = self.rows_of_probes(place, &far, transport);
+        let rows = &mut transport.halves[half];
+        for row in 0..place.reception.rows() {
+            if let Some(ScalarRows { sums, columns, sky }) = &scalars {
+                rows.extend_from_slice(&sums[row * columns..][..*columns]);
+                sky.append(row, rows);
+            }
+            of_probes.append(row, rows);
+        }
         let scalars = self.scalars.as_ref().map_or(0, |s| s.first_sky_column() + s.sky.len());
         transport.columns = scalars + self.probes.len() * self.basis.len();
     }
 
-    /// Adds the part of a row that does not come from probes; returns what is left for these.
-    fn add_scalar_signals(
+    /// The part of the rows that does not come from probes; what is left for these goes to `far`.
+    fn add_scalar_signals<'b>(
         &self,
-        scalars: &ScalarSignals<'_>,
+        scalars: &ScalarSignals<'b>,
         place: &Place<'_>,
         seen: &SeenHalf,
         half: usize,
         transport: &mut Transport,
-    ) -> Vec<(GatherHit, f32)> {
-        let mut far = Vec::new();
-        let mut row = vec![0.0; scalars.first_sky_column()];
+        far: &mut Vec<FarEnd>,
+    ) -> ScalarRows<'b> {
+        let rows = place.reception.rows();
+        let (patches, emitters) = (scalars.patches.patches.len(), scalars.emitters.signals.len());
+        // What the lobe brings from each patch, and of that each row.
+        let mut lobe = vec![0.0; patches];
+        let mut of_patches = vec![0.0; rows * patches];
         let mut near_rays = 0.0;
-        let mut sky = RowAccumulator::new(scalars.sky, 1, &[]);
+        let mut sky = RowAccumulator::new(scalars.sky, 1, rows, &[]);
         for (ray, surfel) in seen.rays.iter().zip(&seen.surfels) {
             let weight = ray.weight;
+            let factors = place.reception.factors(ray.direction);
             let Some(hit) = ray.hit else {
-                sky.add(0, ray.direction, weight);
+                sky.add(0, ray.direction, weight, &factors);
                 continue;
             };
             let near = scalars.near_share(hit.distance);
             if near < 1.0 {
-                far.push((ray.end(self.tracer), weight * (1.0 - near)));
+                far.push(FarEnd { hit: ray.end(self.tracer), weight: weight * (1.0 - near), factors });
             }
             match scalars.patches.column(*surfel) {
                 Some((column, share)) => {
-                    row[column] += weight * near * share;
+                    let share = weight * near * share;
+                    lobe[column] += share;
                     near_rays += weight * near;
+                    let column_of_rows = of_patches[column..].iter_mut().step_by(patches);
+                    column_of_rows.zip(factors).for_each(|(sum, factor)| *sum += factor * share);
                 }
                 None if near > 0.0 => transport.uncovered_rays += 1,
                 None => {}
             }
         }
-        let (patches, emitters) = row.split_at_mut(scalars.patches.patches.len());
-        limit_sum(patches, LARGEST_PATCH_SUM * near_rays);
+        let limit = within_limit(&lobe, LARGEST_PATCH_SUM * near_rays);
+        let mut of_emitters = vec![0.0; rows * emitters];
         let sampling = &scalars.sampling;
-        scalars.emitters.add_form_factors(self.tracer, place, sampling, half, &seen.rays, emitters);
-        transport.halves[half].append(&mut row);
-        sky.finish(&mut transport.halves[half]);
-        far
+        scalars.emitters.add_form_factors(self.tracer, place, sampling, half, &seen.rays, &mut of_emitters);
+        let columns = patches + emitters;
+        let mut sums = Vec::with_capacity(rows * columns);
+        for row in 0..rows {
+            sums.extend(of_patches[row * patches..][..patches].iter().map(|sum| sum * limit));
+            sums.extend_from_slice(&of_emitters[row * emitters..][..emitters]);
+        }
+        ScalarRows { sums, columns, sky: sky.finish() }
     }
 
-    /// The part of a row that comes from probes, for rays' ends and weights.
-    fn add_probes(&self, site: &Site, ends: &[(GatherHit, f32)], half: usize, transport: &mut Transport) {
-        let mut accumulator = RowAccumulator::new(self.basis, self.probes.len(), &self.coverage);
+    /// The part of the rows that comes from probes.
+    fn rows_of_probes(
+        &self,
+        place: &Place<'_>,
+        ends: &[FarEnd],
+        transport: &mut Transport,
+    ) -> FinishedRows<'_> {
+        let rows = place.reception.rows();
+        let mut accumulator = RowAccumulator::new(self.basis, self.probes.len(), rows, &self.coverage);
         let kernels: Vec<f32> = self
             .probes
             .iter()
-            .map(|p| support_kernel(p.distance(site.position), self.support_radius))
+            .map(|p| support_kernel(p.distance(place.site.position), self.support_radius))
             .collect();
         let mut has_seen = vec![false; self.probes.len()];
         let mut unserved = Vec::new();
-        for (hit, ray_weight) in ends {
-            let seen = self.seeing_probes(hit, &kernels);
+        for end in ends {
+            let seen = self.seeing_probes(&end.hit, &kernels);
             let total: f32 = seen.iter().map(|(_, weight, _)| weight).sum();
             if total <= 0.0 {
-                unserved.push((*hit, *ray_weight));
+                unserved.push(end);
             }
             for (probe, weight, direction) in seen {
                 has_seen[probe] = true;
-                accumulator.add(probe, direction, ray_weight * weight / total);
+                accumulator.add(probe, direction, end.weight * weight / total, &end.factors);
             }
         }
-        for (hit, ray_weight) in unserved {
-            match self.nearest_sight(&hit, &has_seen) {
+        for end in unserved {
+            match self.nearest_sight(&end.hit, &has_seen) {
                 Some((probe, direction)) => {
-                    accumulator.add(probe, direction, ray_weight);
+                    accumulator.add(probe, direction, end.weight, &end.factors);
                     transport.approximated_rays += 1;
                 }
                 None => transport.uncovered_rays += 1,
             }
         }
-        accumulator.finish(&mut transport.halves[half]);
+        accumulator.finish()
     }
 
     /// The probes that see the end of a ray: (index, weight, direction from the probe).
@@ -292,12 +345,10 @@ impl TransportBuilder<'_> {
     }
 }
 
-/// Scales values down to a sum of at most `limit`.
-fn limit_sum(values: &mut [f32], limit: f32) {
+/// The factor, at most 1, that brings the sum of some values down to `limit`.
+fn within_limit(values: &[f32], limit: f32) -> f32 {
     let sum: f32 = values.iter().sum();
-    if sum > limit {
-        values.iter_mut().for_each(|value| *value *= limit / sum);
-    }
+    if sum > limit { limit / sum } else { 1.0 }
 }
 
 #[cfg(test)]
@@ -345,12 +396,8 @@ mod tests {
 
     #[test]
     fn sums_are_limited_and_smaller_ones_stay() {
-        let limited = |limit| {
-            let mut values = [1.0, 3.0];
-            limit_sum(&mut values, limit);
-            values
-        };
-        assert_eq!([2.0, 5.0].map(limited), [[0.5, 1.5], [1.0, 3.0]]);
+        let limited = |limit| within_limit(&[1.0, 3.0], limit);
+        assert_eq!([2.0, 5.0].map(limited), [0.5, 1.0]);
     }
 
     #[test]

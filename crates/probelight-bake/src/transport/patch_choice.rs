@@ -188,7 +188,7 @@ mod tests {
             let surfel = |hit| scene.light.sources.surfels.surfel_of_hit(&scene.ground.atlas, &hit);
             hits.map(|hit| (surfel(hit), 0.05)).filter(|(surfel, _)| *surfel != NONE).collect()
         };
-        let receivers = 0..scene.ground.sites.len() as u32;
+        let receivers = scene.ground.texels();
         let witnesses: Vec<Vec<(u32, f32)>> = receivers.step_by(7).take(WITNESSES).map(witness).collect();
         let mut seen: Vec<u32> = witnesses.iter().flatten().map(|(surfel, _)| *surfel).collect();
         seen.sort_unstable();

@@ -4,7 +4,6 @@ use probelight_asset::NONE;
 
 use crate::air::limits::MAX_UNLIT_SHARE_OF_POINT;
 use crate::ground::Groundwork;
-use crate::ground::sample_point::Lobe;
 use crate::light::surfels::SurfelTree;
 use crate::transport::gather::{GatherRay, gather_rays};
 
@@ -13,7 +12,7 @@ pub(crate) struct View {
     pub(crate) halves: [SeenHalf; 2],
 }
 
-/// Rays of one half, whose weights sum to [`Lobe::TOTAL`], and the surfel at the end of each, or [`NONE`].
+/// Rays of one half, whose weights sum to the lobe's integral, and the surfel at the end of each, or [`NONE`].
 #[derive(Default)]
 pub(crate) struct SeenHalf {
     pub(crate) rays: Vec<GatherRay>,
@@ -24,7 +23,7 @@ impl View {
     /// Shoots the rays of a site. Those of points inside solids tell nothing and are left out, unless all are.
     pub(crate) fn of(ground: &Groundwork, tree: &SurfelTree, site: u32) -> Self {
         let place = ground.place(site);
-        let rays = gather_rays(&ground.tracer, &place, ground.settings.gather_rays, ground.settings.seed);
+        let rays = gather_rays(&ground.tracer, &place, ground.rays_of(site), ground.settings.seed);
         let texel = |ray: &GatherRay| ray.hit.map_or(NONE, |hit| ground.atlas.texel_of_hit(&hit));
         let texels = rays.each_ref().map(|half| half.iter().map(texel).collect::<Vec<u32>>());
         let is_in_air = points_in_air(&rays, &texels, place.points.len());
@@ -36,7 +35,7 @@ impl View {
                 half.rays.push(ray);
                 half.surfels.push(tree.surfel_of_texel(*texel));
             }
-            let weight = Lobe::TOTAL / half.rays.len() as f32;
+            let weight = place.points[0].lobe.total() / half.rays.len() as f32;
             half.rays.iter_mut().for_each(|ray| ray.weight = weight);
             half
         });
@@ -48,7 +47,7 @@ impl View {
         self.halves.iter().flat_map(|half| &half.rays)
     }
 
-    /// The surfels that rays meet, and the rays' share of the irradiance as the mean of both halves, steradians.
+    /// The surfels that rays meet, and the rays' share of the lobe as the mean of both halves, steradians.
     pub(crate) fn surfels(&self) -> impl Iterator<Item = (u32, f32)> {
         let met = self.halves.iter().flat_map(|half| half.surfels.iter().zip(&half.rays));
         met.filter(|(surfel, _)| **surfel != NONE).map(|(surfel, ray)| (*surfel, 0.5 * ray.weight))

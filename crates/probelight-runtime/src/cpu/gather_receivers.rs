@@ -33,7 +33,7 @@ impl ReceiverIrradiance {
     /// Darkness for the receivers of a baked scene.
     pub fn new(baked: &BakedScene) -> Self {
         Self {
-            values: vec![Vec3::ZERO; baked.receiver_texels.len()],
+            values: vec![Vec3::ZERO; baked.receiver_count()],
             borders: BlendBorders::new(&baked.clusters, baked.border_blends()),
             copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..)),
             basis_end: PaddedEnd::new(
@@ -43,7 +43,8 @@ impl ReceiverIrradiance {
         }
     }
 
-    /// One value per receiver, in the order of [`receiver_texels`](probelight_asset::BakedParts::receiver_texels), W/m².
+    /// One value per receiver, W/m²: those of the lightmap in the order of
+    /// [`receiver_texels`](probelight_asset::BakedParts::receiver_texels), then the grid's.
     pub fn values(&self) -> &[Vec3] {
         &self.values
     }

@@ -158,13 +158,15 @@ pub(crate) struct ReceiverPlace {
 impl ReceiverPlace {
     /// The places of some receivers (indices in ascending order).
     pub(crate) fn of(clusters: &[Cluster], receivers: &[u32]) -> Vec<Self> {
-        let place = |receiver: &u32| {
-            let behind = clusters.partition_point(|cluster| cluster.first_receiver <= *receiver);
-            // Clusters without receivers begin where the next one does.
-            let cluster = behind.saturating_sub(1);
-            Self { cluster: cluster as u32, index: receiver - clusters[cluster].first_receiver }
-        };
-        receivers.iter().map(place).collect()
+        receivers.iter().map(|receiver| Self::at(clusters, *receiver)).collect()
+    }
+
+    /// The place of a receiver.
+    pub(crate) fn at(clusters: &[Cluster], receiver: u32) -> Self {
+        let behind = clusters.partition_point(|cluster| cluster.first_receiver <= receiver);
+        // Clusters without receivers begin where the next one does.
+        let cluster = behind.saturating_sub(1);
+        Self { cluster: cluster as u32, index: receiver - clusters[cluster].first_receiver }
     }
 
     /// Whether a frame of such extents computes the receiver.

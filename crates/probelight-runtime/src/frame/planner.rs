@@ -17,6 +17,8 @@ const LIGHTMAP_LEVELS: usize = 4;
 pub struct Planner {
     /// Of each cluster, how many receivers each level of the lightmap has.
     receivers: Vec<[u32; LIGHTMAP_LEVELS]>,
+    /// Number of the clusters of the lightmap; those of the grid follow.
+    lightmap_clusters: usize,
 }
 
 impl Planner {
@@ -28,7 +30,10 @@ impl Planner {
             let texels = baked.texels(cluster);
             std::array::from_fn(|n| texels.iter().take_while(|texel| level(**texel) >= n).count() as u32)
         };
-        Self { receivers: baked.clusters.iter().map(receivers).collect() }
+        Self {
+            receivers: baked.clusters.iter().map(receivers).collect(),
+            lightmap_clusters: baked.lightmap_clusters(),
+        }
     }
 
     /// Fills `plan`, which is one for the same scene.
@@ -38,6 +43,9 @@ impl Planner {
     pub fn plan(&self, baked: &BakedScene, settings: &LodSettings, input: &FrameInput, plan: &mut FramePlan) {
         for coarser in 0..settings.levels.len().max(1) {
             let cluster = |index: usize| {
+                if index >= self.lightmap_clusters {
+                    return grid_extent(baked, index, input);
+                }
                 let level = settings.level(distance(&baked.clusters[index].bounds, input), coarser);
                 self.cluster_extent(baked, index, &level)
             };
@@ -68,6 +76,16 @@ impl Planner {
             receivers: self.receivers[index][lightmap_level],
         }
     }
+}
+
+/// All of a cluster of the grid if something moves in the cells around its vertices.
+fn grid_extent(baked: &BakedScene, index: usize, input: &FrameInput) -> ClusterExtent {
+    let bounds = baked.clusters[index].bounds;
+    // Vertices measure up to half a spacing from their place, and light all cells around it.
+    let reach = 1.5 * baked.grid.spacing;
+    let reached = Bounds { min: bounds.min - reach, max: bounds.max + reach };
+    let is_active = input.whole_grid || input.active_boxes.iter().any(|active| touch(active, &reached));
+    if is_active { ClusterExtent::ALL } else { ClusterExtent::default() }
 }
 
 fn probe_extent(level: &LodLevel) -> ProbeExtent {
@@ -124,8 +142,12 @@ mod tests {
         plan
     }
 
-    const AT_THE_FIRST: FrameInput<'static> =
-        FrameInput { view: Some(View { position: Vec3::ZERO }), active_boxes: &[], budget: None };
+    const AT_THE_FIRST: FrameInput<'static> = FrameInput {
+        view: Some(View { position: Vec3::ZERO }),
+        active_boxes: &[],
+        whole_grid: false,
+        budget: None,
+    };
 
     fn ranks(plan: &FramePlan) -> Vec<u32> {
         plan.clusters().iter().map(|extent| extent.rank).collect()

@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 
 use probelight_asset::packed::Ranks;
-use probelight_asset::{BakedScene, Cluster};
+use probelight_asset::{BakedScene, Cluster, NONE};
 
 use super::device::GpuError;
 use super::frame_buffers::RGB_BYTES;
@@ -129,7 +129,7 @@ struct ShardArrays<'a> {
     row_scales: &'a [f32],
     signal_basis: &'a [u32],
     receiver_basis: &'a [u32],
-    receiver_texels: &'a [u32],
+    receiver_texels: Vec<u32>,
 }
 
 impl<'a> ShardArrays<'a> {
@@ -140,7 +140,6 @@ impl<'a> ShardArrays<'a> {
             row_scales: part(&baked.row_scales, first, next, |c| c.row_scale_offset),
             signal_basis: part(&baked.signal_basis, first, next, |c| c.signal_basis_offset),
             receiver_basis: part(&baked.receiver_basis, first, next, |c| c.receiver_basis_offset),
-            receiver_texels: part(&baked.receiver_texels, first, next, |c| u64::from(c.first_receiver)),
             ..Self::default()
         };
         for (number, cluster) in range.clone().zip(&baked.clusters[range]) {
@@ -151,6 +150,10 @@ impl<'a> ShardArrays<'a> {
 
     fn push(&mut self, baked: &BakedScene, first: &Cluster, number: u32, cluster: &Cluster) {
         let index = self.clusters.len() as u32;
+        let texels = baked.texels(cluster);
+        self.receiver_texels.extend(texels);
+        self.receiver_texels
+            .resize(self.receiver_texels.len() + cluster.receiver_count as usize - texels.len(), NONE);
         self.clusters.push(ClusterRecord {
             number,
             first_receiver: cluster.first_receiver,
@@ -210,7 +213,7 @@ impl ClusterShard {
             row_scales: storage.array("row scales", arrays.row_scales)?,
             signal_basis: storage.array("matrices ΣVᵀ", arrays.signal_basis)?,
             receiver_basis: storage.array("matrices U", arrays.receiver_basis)?,
-            receiver_texels: storage.array("receivers' texels", arrays.receiver_texels)?,
+            receiver_texels: storage.array("receivers' texels", &arrays.receiver_texels)?,
             tasks: storage.array("gather tasks", &arrays.tasks)?,
             coefficients: storage.zeros("coefficients", RGB_BYTES * arrays.row_scales.len() as u64)?,
         })

@@ -29,7 +29,7 @@ impl GpuRuntime {
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
     pub async fn read_irradiance_async(&self) -> Result<Vec<Vec3>, GpuError> {
-        self.read_rgb(&self.buffers.irradiance, self.baked.receiver_texels.len()).await
+        self.read_rgb(&self.buffers.irradiance, self.baked.receiver_count()).await
     }
 
     /// The lightmap of the last frame as the CPU would have it, in full precision. Waits for the GPU.

@@ -34,7 +34,8 @@ pub struct FrameBuffers {
     /// Three `f32` for each signal, W·m⁻²·sr⁻¹: the scalar signals in the order of
     /// [`scalar_signals`](probelight_asset::BakedParts::scalar_signals), then all coefficients of each probe.
     pub signals: wgpu::Buffer,
-    /// Three `f32` for each receiver in the order of [`receiver_texels`](probelight_asset::BakedParts::receiver_texels), W/m².
+    /// Three `f32` for each receiver, W/m²: in the order of
+    /// [`receiver_texels`](probelight_asset::BakedParts::receiver_texels), then the grid's.
     pub irradiance: wgpu::Buffer,
     /// Irradiance per texel of the lightmap, W/m², with [`LIGHTMAP_FORMAT`]. Texel (x, y) of level 0 is that of the
     /// CPU's [`IrradianceLightmap`](crate::IrradianceLightmap). Alpha is 1 where there is light, else 0.
@@ -59,7 +60,7 @@ impl FrameBuffers {
             u64::from(shape.scalar_signals) + baked.probes.len() as u64 * baked.coefficients() as u64;
         Ok(Self {
             signals: storage.zeros("signals", RGB_BYTES * signals)?,
-            irradiance: storage.zeros("irradiance", RGB_BYTES * baked.receiver_texels.len() as u64)?,
+            irradiance: storage.zeros("irradiance", RGB_BYTES * baked.receiver_count() as u64)?,
             lightmap_view: lightmap.create_view(&wgpu::TextureViewDescriptor::default()),
             lightmap,
             shape: storage.uniform("signal shape", &shape),

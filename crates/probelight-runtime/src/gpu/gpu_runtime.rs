@@ -345,6 +345,13 @@ impl GpuRuntime {
         Changes { direct: stale.direct, shading: stale.direct || stale.shading }
     }
 
+    /// Computes one frame in a submission of its own.
+    pub fn step(&mut self, input: &FrameInput) {
+        let mut encoder = new_encoder(&self.device);
+        self.encode(input, &mut encoder);
+        self.queue.submit([encoder.finish()]);
+    }
+
     /// Forgets all bounced light: the next frame starts from darkness. The lightmap keeps what it shows until then.
     pub fn reset(&mut self) {
         let mut encoder = new_encoder(&self.device);
@@ -375,9 +382,7 @@ impl GpuRuntime {
         let mut previous = self.read_irradiance_async().await?;
         let mut convergence = Convergence { steps: 0, change: f64::INFINITY };
         while convergence.steps < max_steps && convergence.change > tolerance {
-            let mut encoder = new_encoder(&self.device);
-            self.encode(&FrameInput::default(), &mut encoder);
-            self.queue.submit([encoder.finish()]);
+            self.step(&FrameInput::default());
             let now = self.read_irradiance_async().await?;
             convergence.steps += 1;
             convergence.change = relative_change(&previous, &now);

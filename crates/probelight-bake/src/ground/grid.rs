@@ -1,0 +1,135 @@
+//! Where light in free space is kept for objects that move: a grid over the scene's bounds (\[SED\] §4).
+//!
+//! Each vertex of the lattice measures where it lies, or, if that is inside a solid or next to a surface, at the best
+//! place in its neighbourhood. Vertices without such a place have no light and are not stored.
+
+use probelight_asset::{BLOCK_EDGE, BakeSettings, GridBlock, GridLayout};
+use probelight_math::glam::{UVec3, Vec3};
+use probelight_scene::Bounds;
+use probelight_trace::Progress;
+use rayon::prelude::*;
+
+use crate::BakeError;
+use crate::air::{Air, LitSides};
+use crate::ground::site::{Outlook, Site};
+use crate::steps::for_each_in_parallel;
+
+/// Gather rays of a vertex as a multiple of a texel's: they go all around.
+pub(crate) const RAYS_PER_GATHER_RAY: u32 = 2;
+
+/// Vertices whose transport is compressed together.
+pub(crate) const VERTICES_PER_GROUP: usize = 128;
+
+/// Distances at which a vertex looks for a better place, in spacings (\[SED\] §4).
+const SHIFTS: [f32; 4] = [0.1, 0.2, 0.32, 0.45];
+
+/// How far a vertex must be from surfaces, in spacings: nearer, it sees what is next to it and nothing else.
+const CLEARANCE: f32 = 0.08;
+
+/// A grid as it is baked.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Grid {
+    pub(crate) layout: GridLayout,
+    /// All of them, x first.
+    pub(crate) blocks: Vec<GridBlock>,
+    /// Those that have light, block by block.
+    pub(crate) vertices: Vec<Vertex>,
+}
+
+/// A vertex that has light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Vertex {
+    /// Its place in the lattice.
+    pub(crate) at: UVec3,
+    /// Where it measures, metres.
+    pub(crate) position: Vec3,
+    /// How far that is from its place, in spacings.
+    pub(crate) offset: Vec3,
+}
+
+impl Grid {
+    /// The vertices as sites with the given outlooks, seeded by numbers from `first_seed` on.
+    pub(crate) fn sites(&self, outlooks: &[Option<Outlook>], first_seed: u32) -> impl Iterator<Item = Site> {
+        self.vertices.iter().zip(outlooks).zip(first_seed..).map(|((vertex, outlook), seed)| Site {
+            seed,
+            level: (vertex.at.x | vertex.at.y | vertex.at.z).trailing_zeros(),
+            position: vertex.position,
+            normal: Vec3::ZERO,
+            outlook: *outlook,
+        })
+    }
+}
+
+/// Places the grid that the settings ask for.
+pub(crate) fn place_grid(
+    air: &Air<'_>,
+    lit_sides: &LitSides,
+    settings: &BakeSettings,
+    progress: &dyn Progress,
+) -> Result<Grid, BakeError> {
+    let Some(spacing) = settings.grid_spacing else { return Ok(Grid::default()) };
+    let layout =
+        GridLayout { basis: settings.grid_basis, ..lattice(&air.tracer().scene().bounds(), spacing) };
+    let places: Vec<UVec3> = places_by_block(&layout).collect();
+    let look = |at: UVec3| place_vertex(air, lit_sides, &layout, at);
+    let found = for_each_in_parallel("placing the grid", places.into_par_iter(), progress, look)?;
+    let mut grid = Grid { layout, ..Grid::default() };
+    for block in found.chunks((BLOCK_EDGE * BLOCK_EDGE * BLOCK_EDGE) as usize) {
+        let mask = (0..)
+            .zip(block)
+            .filter(|(_, vertex)| vertex.is_some())
+            .fold(0u64, |mask, (bit, _)| mask | 1 << bit);
+        let first_vertex = grid.vertices.len() as u32;
+        grid.blocks.push(GridBlock { valid: [mask as u32, (mask >> 32) as u32], first_vertex });
+        grid.vertices.extend(block.iter().flatten());
+    }
+    Ok(grid)
+}
+
+/// A lattice over some bounds, with at most the given distance between neighbours.
+fn lattice(bounds: &Bounds, spacing: f32) -> GridLayout {
+    let cells = (bounds.size() / spacing).ceil().max(Vec3::ONE);
+    GridLayout {
+        origin: bounds.min,
+        spacing: (bounds.size() / cells).max(Vec3::splat(f32::MIN_POSITIVE)),
+        counts: cells.as_uvec3() + 1,
+        ..GridLayout::default()
+    }
+}
+
+/// All places of whole blocks, block by block; some lie beyond the lattice.
+fn places_by_block(layout: &GridLayout) -> impl Iterator<Item = UVec3> {
+    let in_order = |size: UVec3| {
+        (0..size.z)
+            .flat_map(move |z| (0..size.y).flat_map(move |y| (0..size.x).map(move |x| UVec3::new(x, y, z))))
+    };
+    in_order(layout.blocks())
+        .flat_map(move |block| in_order(UVec3::splat(BLOCK_EDGE)).map(move |at| block * BLOCK_EDGE + at))
+}
+
+/// A vertex where light is, at the nearest such place; of places equally near, the one with most space around it.
+fn place_vertex(air: &Air<'_>, lit_sides: &LitSides, layout: &GridLayout, at: UVec3) -> Option<Vertex> {
+    if at.cmpge(layout.counts).any() {
+        return None;
+    }
+    let clearance = CLEARANCE * layout.spacing.max_element();
+    let look = |offset: Vec3| {
+        let position = layout.position(at) + offset * layout.spacing;
+        let survey = air.place_for_light(position, lit_sides)?;
+        (survey.clearance >= clearance).then_some((survey.clearance, Vertex { at, position, offset }))
+    };
+    if let Some((_, vertex)) = look(Vec3::ZERO) {
+        return Some(vertex);
+    }
+    SHIFTS.into_iter().find_map(|shift| {
+        let around = directions_around().map(|direction| look(direction * shift));
+        around.flatten().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, vertex)| vertex)
+    })
+}
+
+/// Unit directions to the faces, edges and corners of a cube.
+fn directions_around() -> impl Iterator<Item = Vec3> {
+    let axis = |i: u8| f32::from(i % 3) - 1.0;
+    let all = (0..27u8).map(move |i| Vec3::new(axis(i), axis(i / 3), axis(i / 9)));
+    all.filter(|d| *d != Vec3::ZERO).map(Vec3::normalize)
+}
