@@ -153,13 +153,13 @@ fn clusters_are_checked() {
     refused("cluster 1 does not start", |b| {
         b.clusters[0].receiver_ranks = Ranks { f16: 2, ..Ranks::default() };
     });
-    refused("the clusters need", |b| b.clusters[1].signal_count = 0);
-    refused("the clusters need", |b| b.clusters[1].probe_count = 0);
-    refused("the clusters need", |b| b.clusters[1].receiver_count = u32::MAX);
+    refused("cluster 2 does not start", |b| b.clusters[1].signal_count = 0);
+    refused("cluster 2 does not start", |b| b.clusters[1].probe_count = 0);
+    refused("the clusters need", |b| b.clusters[2].signal_count = 0);
     refused("the clusters need", |b| b.clusters.truncate(1));
     refused("the clusters need", |b| b.row_scales.push(1.0));
     refused("the clusters need", |b| b.column_exponents.push(1));
-    refused("4 receivers' errors for 5", |b| b.receiver_errors.truncate(4));
+    refused("4 receivers' errors for 11", |b| b.receiver_errors.truncate(4));
     refused("cluster 1 is too large", |b| b.clusters[1].probe_count = u32::MAX);
     refused("cluster 1 has different numbers", |b| b.clusters[1].signal_ranks.f16 = 1);
     refused("cluster 1 is too large", |b| {
@@ -168,6 +168,18 @@ fn clusters_are_checked() {
     });
     refused("cluster 0 has a box", |b| b.clusters[0].bounds.min.x = 2.0);
     refused("cluster 0 has no usable error", |b| b.clusters[0].error = f32::NAN);
+}
+
+#[test]
+fn the_grid_is_checked() {
+    refused("origin or a spacing", |b| b.grid.spacing.y = f32::NAN);
+    refused("2 blocks of a grid with 2 × 5 × 6 vertices", |b| b.grid.counts.z = 6);
+    refused("block 1 of the grid does not start", |b| b.grid_blocks[1].first_vertex = 0);
+    refused("need 2 vertices, and there are 1", |b| b.grid_blocks[1].valid[1] = 8);
+    refused("5 rows of 1 vertices of the grid with 6 each", |b| b.grid_receivers.truncate(5));
+    refused("row 0 of the grid is held by receiver 4", |b| b.grid_receivers[0] = 4);
+    refused("row 3 of the grid is held by receiver 11", |b| b.grid_receivers[3] = 11);
+    refused("cluster 1 holds receivers of lightmap and grid", |b| b.clusters[1].receiver_count = 3);
 }
 
 #[test]

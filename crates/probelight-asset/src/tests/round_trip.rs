@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use super::fixture::baked_parts;
 use super::{baked_scene, checked, encoded};
 use crate::packed::Ranks;
-use crate::{BakedParts, BakedScene, Cluster, NONE, Probe};
+use crate::{BakedParts, BakedScene, Cluster, GridBlock, NONE, Probe};
 
 #[test]
 fn every_field_survives() {
@@ -39,7 +39,9 @@ fn summary_agrees_with_the_scene() {
     let baked = baked_scene();
     baked.write(&path).unwrap();
     let info = BakedScene::read_info(&path).unwrap();
-    assert_eq!((info.triangles, info.receivers, info.probes, info.clusters), (2, 5, 2, 2));
+    assert_eq!((info.triangles, info.receivers, info.probes, info.clusters), (2, 5, 2, 3));
+    assert_eq!((info.grid, info.grid_vertices), (baked.grid, 1));
+    assert_eq!(info.grid_bytes, baked.grid_bytes().total());
     assert_eq!((info.light_samples, info.surfels, info.surfel_groups, info.emitters), (4, 3, 2, 1));
     assert_eq!((info.lightmap_width, info.lightmap_height, info.lightmap_pages), (2, 6, 2));
     assert_eq!(
@@ -119,6 +121,8 @@ fn with_clusters(sizes: &[ClusterSize], values: &[f32]) -> BakedParts {
     }
     (baked.lightmap.width, baked.lightmap.height) = (64, 64);
     baked.lightmap.dilation.clear();
+    (baked.grid_vertices, baked.grid_receivers) = (Vec::new(), Vec::new());
+    baked.grid_blocks.fill(GridBlock::default());
     baked.receiver_texels = (0..receivers).rev().collect();
     baked.receiver_errors = (0..receivers).map(|receiver| receiver as u8).collect();
     baked.cluster_signals = (0..signals).map(|s| s % 10).collect();

@@ -36,10 +36,6 @@ const SMALLEST_SPACING: f32 = 0.25;
 /// Edge of the voxels in which places for probes are looked for, as a share of the smallest probe spacing.
 const VOXEL_PER_SPACING: f32 = 0.5;
 
-/// Vertices of the grid in free space for each receiver, and how many any scene has.
-const VERTICES_PER_RECEIVER: f64 = 0.06;
-const FEWEST_VERTICES: f64 = 1000.0;
-
 /// Smallest extent of the space that the grid's default spacing is chosen for, as a share of the largest.
 const FLATTEST: f64 = 0.05;
 
@@ -254,7 +250,7 @@ impl BakeOptions {
             smallest_spacing,
             error,
             seed: self.seed.unwrap_or(0),
-            grid_spacing: self.grid_spacing(tracer, receivers)?,
+            grid_spacing: self.grid_spacing(tracer)?,
             grid_basis: self.grid_basis.unwrap_or_default(),
             method,
             metric: self.metric.unwrap_or(plan.metric),
@@ -311,16 +307,15 @@ impl BakeOptions {
     }
 
     /// Distance between the grid's vertices; none without a grid.
-    fn grid_spacing(&self, tracer: &Tracer, receivers: f64) -> Result<Option<f32>, BakeError> {
+    fn grid_spacing(&self, tracer: &Tracer) -> Result<Option<f32>, BakeError> {
         let size = tracer.scene().bounds().size().as_dvec3();
         // Flat scenes have room above them.
         let size = size.max(DVec3::splat(FLATTEST * size.max_element()));
         let spacing_of = |vertices: f64| (size.element_product() / vertices).cbrt() as f32;
         Ok(match (positive("the grid's spacing", self.grid_spacing)?, self.grid_vertices) {
             (Some(spacing), _) => Some(spacing),
-            (None, Some(0)) => None,
+            (None, None | Some(0)) => None,
             (None, Some(vertices)) => Some(spacing_of(f64::from(vertices))),
-            (None, None) => Some(spacing_of((receivers * VERTICES_PER_RECEIVER).max(FEWEST_VERTICES))),
         })
     }
 
