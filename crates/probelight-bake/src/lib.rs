@@ -11,7 +11,8 @@
 //! | · layout | `ground/atlas`, `layout` | lightmap charts at the wanted density |
 //! | · receivers | `ground/receivers`, `texel_points` | texels with sample points in open air; dilation |
 //! | · probes | `ground/probes`, `relight` | where radiance is measured, and what is seen from there |
-//! | · outlooks | `ground/outlooks`, `site` | which receivers and probes can exchange light at all |
+//! | · grid | `ground/grid` | where light in free space is kept, if that is asked for |
+//! | · outlooks | `ground/outlooks`, `site` | which places and probes can exchange light at all |
 //! | light | `light` | surfels and emitters, where the runtime evaluates light; what random plausible lightings make of them |
 //! | clusters | `partition` | groups of sites that share a matrix |
 //! | transport | `transport` | the matrix of each group (\[SED\] eq. 3–4) |

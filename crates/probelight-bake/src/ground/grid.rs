@@ -133,3 +133,26 @@ fn directions_around() -> impl Iterator<Item = Vec3> {
     let all = (0..27u8).map(move |i| Vec3::new(axis(i), axis(i / 3), axis(i / 9)));
     all.filter(|d| *d != Vec3::ZERO).map(Vec3::normalize)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lattices_end_at_the_bounds_and_are_as_fine_as_asked_for() {
+        let bounds = Bounds { min: Vec3::new(-1.0, 2.0, 0.5), max: Vec3::new(4.0, 2.0, 3.5) };
+        let layout = lattice(&bounds, 0.7);
+        assert_eq!(layout.counts, UVec3::new(9, 2, 6));
+        assert!(layout.spacing.cmple(Vec3::splat(0.7)).all());
+        assert!(layout.position(layout.counts - 1).abs_diff_eq(bounds.max, 1e-5));
+    }
+
+    #[test]
+    fn places_come_in_the_order_of_blocks_and_their_bits() {
+        let layout = GridLayout { counts: UVec3::new(9, 2, 6), ..GridLayout::default() };
+        let places: Vec<(usize, u32)> = places_by_block(&layout).map(|at| layout.place(at)).collect();
+        let expected = (0..layout.blocks().element_product() as usize)
+            .flat_map(|block| (0..64).map(move |bit| (block, bit)));
+        assert!(places.into_iter().eq(expected));
+    }
+}
