@@ -14,7 +14,6 @@ struct GatherTask {
 }
 
 const WORKGROUP: u32 = 64u;
-const NO_TEXEL: u32 = 0xffffffffu;
 /// Receivers of a workgroup.
 const BLOCK: u32 = 4u * WORKGROUP;
 
@@ -22,7 +21,7 @@ const BLOCK: u32 = 4u * WORKGROUP;
 @group(0) @binding(1) var<storage, read> tasks: array<GatherTask>;
 @group(0) @binding(2) var<storage, read> basis: array<u32>;
 @group(0) @binding(3) var<storage, read> coefficients: array<f32>;
-/// Lightmap texel of each of the shard's receivers; NO_TEXEL for those of the grid.
+/// Lightmap texel of each of the shard's receivers; NONE for those of the grid.
 @group(0) @binding(4) var<storage, read> receiver_texels: array<u32>;
 /// Irradiance of all receivers, W/m².
 @group(0) @binding(5) var<storage, read_write> irradiance: array<f32>;
@@ -117,7 +116,7 @@ fn gather_receivers(
     for (var i = local; i < receivers; i += WORKGROUP) {
         let texel = receiver_texels[cluster.first_texel + first + i];
         let value = vec3f(results[i][0], results[i][1], results[i][2]);
-        if texel != NO_TEXEL {
+        if texel != NONE {
             store_texel(texel, value);
         }
     }
