@@ -1,13 +1,13 @@
 //! Irradiance in free space: a sparse grid of vertices whose values are receivers of the transport, too (\[SED\] §4).
 //!
 //! The grid's vertices lie `spacing` apart and are stored in blocks of 4³; a block knows which of its vertices have
-//! light. Each vertex has the [rows](crate::GridBasis::rows) of the grid's basis.
+//! light. Each vertex has the [rows](crate::GridBasis::rows) of the settings' basis.
 
 use bytemuck::{Pod, Zeroable};
 use probelight_math::glam::{UVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{BakedParts, GridBasis};
+use crate::BakedParts;
 
 /// Vertices along each edge of a block.
 pub const BLOCK_EDGE: u32 = 4;
@@ -21,8 +21,6 @@ pub struct GridLayout {
     pub spacing: Vec3,
     /// Vertices along each axis; zeros without a grid.
     pub counts: UVec3,
-    /// What a vertex stores.
-    pub basis: GridBasis,
 }
 
 /// 4 × 4 × 4 vertices of a grid. Vertex (x, y, z) of a block is bit `x + 4 y + 16 z`.
@@ -117,7 +115,7 @@ impl BakedParts {
 
     /// The receivers that hold a vertex's rows.
     pub fn vertex_receivers(&self, vertex: u32) -> &[u32] {
-        let rows = self.grid.basis.rows();
+        let rows = self.settings.grid_basis.rows();
         &self.grid_receivers[vertex as usize * rows..][..rows]
     }
 }

@@ -1,6 +1,7 @@
 //! What a place in free space keeps of the light around it, and how irradiance is read from it.
 
 use std::f32::consts::{FRAC_PI_2, PI};
+use std::sync::LazyLock;
 
 use probelight_math::glam::Vec3;
 use probelight_math::sh::{Basis, band, cosine_lobe};
@@ -126,23 +127,10 @@ impl GridBasis {
     }
 }
 
-/// The nine functions of bands 0 to 2.
+/// The functions of bands 0 to 2.
 fn spherical_harmonics(direction: Vec3, values: &mut [f32; MAX_GRID_ROWS]) {
-    let Vec3 { x, y, z } = direction;
-    let [c0, c1, c2, c3, c4] = [0.282_094_79, 0.488_602_51, 1.092_548_4, 0.315_391_57, 0.546_274_2];
-    let nine = [
-        c0,
-        c1 * y,
-        c1 * z,
-        c1 * x,
-        c2 * x * y,
-        c2 * y * z,
-        c3 * (3.0 * z * z - 1.0),
-        c2 * x * z,
-        c4 * (x * x - y * y),
-    ];
-    values[..9].copy_from_slice(&nine);
-    debug_assert!(Basis::new(2).len() == nine.len());
+    static BASIS: LazyLock<Basis> = LazyLock::new(|| Basis::new(2));
+    BASIS.evaluate(direction, values);
 }
 
 #[cfg(test)]
@@ -203,9 +191,9 @@ mod tests {
         let basis = Basis::new(2);
         for i in 0..30 {
             let direction = spherical_fibonacci(i, 30);
-            let (mut expected, mut found) = ([0.0; 9], [0.0; MAX_GRID_ROWS]);
+            let mut expected = [0.0; 9];
             basis.evaluate(direction, &mut expected);
-            spherical_harmonics(direction, &mut found);
+            let found = GridBasis::default().read_weights(direction);
             assert!((0..9).all(|j| (expected[j] - found[j]).abs() < 1e-6));
         }
     }

@@ -46,7 +46,7 @@ pub(crate) fn assemble(mut ground: Groundwork, light: SceneLight, groups: &[Fini
     if ground.plan.surfaces == SurfaceSignals::RelightHits {
         keep_seen_surfels(&mut baked);
     }
-    baked.grid_receivers = vec![NONE; baked.grid_vertices.len() * baked.grid.basis.rows()];
+    baked.grid_receivers = vec![NONE; baked.grid_vertices.len() * baked.settings.grid_basis.rows()];
     for cluster in groups.iter().flat_map(|g| &g.clusters) {
         append_cluster(&mut baked, cluster, &ground, &probe_numbers);
     }

@@ -109,7 +109,7 @@ impl<'a> GroupWorker<'a> {
 
     /// The rows of a group that are compressed together.
     fn parts(&self, group: &[u32]) -> Vec<Vec<u32>> {
-        let reception = self.ground.place(group[0]).reception;
+        let reception = self.ground.reception(group[0]);
         let rows = 0..(group.len() * reception.rows()) as u32;
         let mut parts = BTreeMap::<usize, Vec<u32>>::new();
         for row in rows {

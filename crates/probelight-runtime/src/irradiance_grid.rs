@@ -12,7 +12,7 @@ pub struct IrradianceGrid<'a> {
 }
 
 /// A vertex of the grid and its share of what lies between several.
-pub type WeightedVertex = (u32, f32);
+pub(crate) type WeightedVertex = (u32, f32);
 
 impl<'a> IrradianceGrid<'a> {
     /// From the irradiance of all of the scene's receivers, as both runtimes give it.
@@ -23,30 +23,28 @@ impl<'a> IrradianceGrid<'a> {
     /// Irradiance (W/m²) of a surface at a world position that faces along `normal` (unit), never negative. `None` if the
     /// scene was baked without a grid.
     pub fn irradiance(&self, position: Vec3, normal: Vec3) -> Option<Vec3> {
-        let basis = self.baked.grid.basis;
-        let weights = basis.read_weights(normal);
-        let rows = self.rows(position)?;
-        let sum: Vec3 = rows.iter().zip(weights).map(|(row, weight)| *row * weight).sum();
-        Some(sum.max(Vec3::ZERO))
+        self.between(&vertices_around(self.baked, position), normal)
     }
 
-    /// The grid's rows at a world position.
-    fn rows(&self, position: Vec3) -> Option<[Vec3; MAX_GRID_ROWS]> {
-        if !self.baked.has_grid() {
-            return None;
-        }
+    /// Irradiance between some vertices; `None` if there are none.
+    pub(crate) fn between(&self, vertices: &[WeightedVertex], normal: Vec3) -> Option<Vec3> {
         let mut rows = [Vec3::ZERO; MAX_GRID_ROWS];
-        for (vertex, weight) in vertices_around(self.baked, position) {
-            for (row, receiver) in rows.iter_mut().zip(self.baked.vertex_receivers(vertex)) {
-                *row += weight * self.values[*receiver as usize];
+        for (vertex, weight) in vertices {
+            for (row, receiver) in rows.iter_mut().zip(self.baked.vertex_receivers(*vertex)) {
+                *row += *weight * self.values[*receiver as usize];
             }
         }
-        Some(rows)
+        let weights = self.baked.settings.grid_basis.read_weights(normal);
+        let sum: Vec3 = rows.iter().zip(weights).map(|(row, weight)| *row * weight).sum();
+        (!vertices.is_empty()).then(|| sum.max(Vec3::ZERO))
     }
 }
 
-/// The vertices that light a world position; their weights sum to one. The grid must have vertices.
-pub fn vertices_around(baked: &BakedScene, position: Vec3) -> Vec<WeightedVertex> {
+/// The vertices that light a world position; their weights sum to one. None without a grid.
+pub(crate) fn vertices_around(baked: &BakedScene, position: Vec3) -> Vec<WeightedVertex> {
+    if !baked.has_grid() {
+        return Vec::new();
+    }
     let (cell, within) = cell_of(&baked.grid, position);
     let corners = (0..8u32).filter_map(|i| {
         let corner = UVec3::new(i & 1, i >> 1 & 1, i >> 2);

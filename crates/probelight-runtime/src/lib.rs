@@ -80,7 +80,7 @@ pub use frame::{
     Budget, ClusterExtent, FrameInput, FramePlan, LodLevel, LodSettings, PerStage, Planner, ProbeExtent,
     Stage, StageTimings, View, stage_bytes,
 };
-pub use irradiance_grid::{IrradianceGrid, WeightedVertex, vertices_around};
+pub use irradiance_grid::IrradianceGrid;
 pub use irradiance_lightmap::IrradianceLightmap;
 #[cfg(feature = "cpu")]
 pub use runtime::Runtime;

@@ -11,10 +11,11 @@ use probelight_trace::Tracer;
 use crate::convergence::relative_change;
 use crate::cpu::{ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, ScalarSignals};
 use crate::frame::{FramePlans, ReceiverPlace};
+use crate::irradiance_grid::{WeightedVertex, vertices_around};
 use crate::scene_state::SceneState;
 use crate::{
     Convergence, FrameInput, FramePlan, IrradianceGrid, IrradianceLightmap, LodSettings, RuntimeError, Stage,
-    StageTimings, SurfaceColors, WeightedVertex, vertices_around,
+    StageTimings, SurfaceColors,
 };
 
 /// Lights a baked scene, frame by frame. Feature `cpu`, on by default.
@@ -217,8 +218,8 @@ impl Runtime {
                 ReceiverPlace::at(&self.baked.clusters, *row).is_computed(self.plans.plan().clusters())
             })
         };
-        let is_lit = self.baked.has_grid() && vertices_around(&self.baked, position).iter().all(is_computed);
-        if is_lit { self.grid().irradiance(position, normal) } else { None }
+        let vertices = vertices_around(&self.baked, position);
+        if vertices.iter().all(is_computed) { self.grid().between(&vertices, normal) } else { None }
     }
 
     /// The grid in free space with the light of the last frame, as far as that computed it.

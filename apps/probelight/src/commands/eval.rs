@@ -138,12 +138,14 @@ fn lit_scene(
     setup: &Setup,
     console: &Console,
 ) -> anyhow::Result<LitScene> {
-    let with_grid = FrameInput { whole_grid: true, ..FrameInput::default() };
+    let with_grid = baked.has_grid().then(|| FrameInput { whole_grid: true, ..FrameInput::default() });
     match backend {
         Backend::Cpu => {
             let mut runtime = Runtime::new(baked.clone());
             let bounces = input::light(&mut runtime, setup, console)?;
-            runtime.step(&with_grid);
+            if let Some(input) = &with_grid {
+                runtime.step(input);
+            }
             let receivers = runtime.receiver_irradiance().to_vec();
             Ok(LitScene { lightmap: runtime.irradiance().clone(), receivers, bounces })
         }
@@ -151,12 +153,11 @@ fn lit_scene(
             let options = GpuOptions::default();
             let mut runtime = GpuRuntime::new(&gpu.device, &gpu.queue, baked.clone(), options)?;
             let bounces = input::light_on_gpu(&mut runtime, setup, console)?;
-            runtime.step(&with_grid);
-            Ok(LitScene {
-                lightmap: runtime.read_lightmap()?,
-                receivers: runtime.read_irradiance()?,
-                bounces,
-            })
+            if let Some(input) = &with_grid {
+                runtime.step(input);
+            }
+            let (lightmap, receivers) = (runtime.read_lightmap()?, runtime.read_irradiance()?);
+            Ok(LitScene { lightmap, receivers, bounces })
         }
     }
 }

@@ -155,7 +155,10 @@ fn clusters_are_checked() {
     });
     refused("cluster 2 does not start", |b| b.clusters[1].signal_count = 0);
     refused("cluster 2 does not start", |b| b.clusters[1].probe_count = 0);
+    refused("cluster 2 does not start", |b| b.clusters[1].receiver_count = 1);
     refused("the clusters need", |b| b.clusters[2].signal_count = 0);
+    refused("the clusters need", |b| b.clusters[2].probe_count = 1);
+    refused("the clusters need", |b| b.clusters[2].receiver_count = u32::MAX);
     refused("the clusters need", |b| b.clusters.truncate(1));
     refused("the clusters need", |b| b.row_scales.push(1.0));
     refused("the clusters need", |b| b.column_exponents.push(1));

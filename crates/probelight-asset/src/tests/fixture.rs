@@ -13,8 +13,8 @@ use crate::{
     Surfel, SurfelGroup,
 };
 
-/// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters and a vertex of a grid in a third, two probes, three surfels in two
-/// groups, an emitter, a sky of four signals.
+/// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters and a vertex of a grid in a third, two probes,
+/// three surfels in two groups, an emitter, a sky of four signals.
 pub(super) fn baked_parts() -> BakedParts {
     BakedParts {
         scene: scene().into(),
@@ -42,7 +42,6 @@ pub(super) fn baked_parts() -> BakedParts {
             origin: Vec3::new(0.1, 0.2, -3.5),
             spacing: Vec3::new(1.0, 2.0, 1.5),
             counts: UVec3::new(2, 5, 1),
-            basis: GridBasis { kind: GridBasisKind::Axes6, lobe: GridLobe::Angle },
         },
         grid_blocks: vec![
             GridBlock { valid: [1 << 5, 0], first_vertex: 0 },

@@ -30,7 +30,7 @@ impl BakedParts {
         }
         let vertices = self.grid_vertices.len();
         ensure!(end == vertices as u64, "the grid's blocks need {end} vertices, and there are {vertices}");
-        let rows = self.grid.basis.rows();
+        let rows = self.settings.grid_basis.rows();
         ensure!(
             vertices.checked_mul(rows) == Some(self.grid_receivers.len()),
             "{} rows of {vertices} vertices of the grid with {rows} each",

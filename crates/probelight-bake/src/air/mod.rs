@@ -51,7 +51,11 @@ pub(crate) struct Survey {
 
 impl Survey {
     fn of(tracer: &Tracer, position: Vec3, is_outside: bool) -> Self {
-        let hits: Vec<Option<Hit>> = rays_around(position).map(|ray| tracer.closest_hit(&ray)).collect();
+        Self::of_hits(tracer, position, is_outside, &look_around(tracer, position))
+    }
+
+    /// From what [`look_around`] found.
+    fn of_hits(tracer: &Tracer, position: Vec3, is_outside: bool, hits: &[Option<Hit>]) -> Self {
         let is_solid = |hit: &&Hit| is_inside_of_solid(tracer, hit);
         let backs = hits.iter().flatten().filter(is_solid).count();
         let mut distances: Vec<f32> =
@@ -73,6 +77,21 @@ impl Survey {
 
 fn rays_around(position: Vec3) -> impl Iterator<Item = Ray> {
     (0..PLACE_RAYS).map(move |ray| Ray::new(position, spherical_fibonacci(ray, PLACE_RAYS)))
+}
+
+/// What the rays of a place meet.
+fn look_around(tracer: &Tracer, position: Vec3) -> Vec<Option<Hit>> {
+    rays_around(position).map(|ray| tracer.closest_hit(&ray)).collect()
+}
+
+/// How many hits are on unlit sides.
+fn unlit_hits(hits: &[Option<Hit>], lit_sides: &LitSides) -> usize {
+    hits.iter().flatten().filter(|hit| !lit_sides.is_lit(hit)).count()
+}
+
+/// Whether few enough of a place's rays meet unlit sides that light may be measured there.
+fn is_lit_enough(unlit: usize) -> bool {
+    unlit as f32 / PLACE_RAYS as f32 <= MAX_UNLIT_SHARE
 }
 
 /// Whether a hit looks like the inside of a solid.
@@ -138,7 +157,10 @@ impl<'a> Air<'a> {
     pub(crate) fn places_for_probes(&self, lit_sides: &LitSides) -> Vec<Survey> {
         let sees_light = |survey: &&Survey| {
             // Few back faces, few unlit sides: fronts that are unlit are buried.
-            survey.back_share <= MAX_UNLIT_SHARE || self.unlit_share(survey, lit_sides) <= MAX_UNLIT_SHARE
+            survey.back_share <= MAX_UNLIT_SHARE || {
+                let hits = look_around(self.tracer, survey.position);
+                is_lit_enough(unlit_hits(&hits, lit_sides))
+            }
         };
         let sees_surface = |survey: &&Survey| survey.clearance.is_finite();
         self.surveys.par_iter().filter(sees_surface).filter(sees_light).copied().collect()
@@ -146,19 +168,15 @@ impl<'a> Air<'a> {
 
     /// What a place sees, if that is light: surfaces most of which are lit, or the sky.
     pub(crate) fn place_for_light(&self, position: Vec3, lit_sides: &LitSides) -> Option<Survey> {
-        let is_unlit = |ray: &Ray| self.tracer.closest_hit(ray).is_some_and(|hit| !lit_sides.is_lit(&hit));
         // Most places inside solids are told by a few rays.
         let scouts = rays_around(position).step_by(PLACE_RAYS / FIRST_PLACE_RAYS);
-        if scouts.filter(is_unlit).count() > FIRST_PLACE_RAYS / 2 {
+        let scouted: Vec<Option<Hit>> = scouts.map(|ray| self.tracer.closest_hit(&ray)).collect();
+        if unlit_hits(&scouted, lit_sides) > FIRST_PLACE_RAYS / 2 {
             return None;
         }
-        let survey = Survey::of(self.tracer, position, false);
-        (self.unlit_share(&survey, lit_sides) <= MAX_UNLIT_SHARE).then_some(survey)
-    }
-
-    fn unlit_share(&self, survey: &Survey, lit_sides: &LitSides) -> f32 {
-        let meets_unlit = |ray: &Ray| self.tracer.closest_hit(ray).is_some_and(|hit| !lit_sides.is_lit(&hit));
-        rays_around(survey.position).filter(meets_unlit).count() as f32 / PLACE_RAYS as f32
+        let hits = look_around(self.tracer, position);
+        let unlit = unlit_hits(&hits, lit_sides);
+        is_lit_enough(unlit).then(|| Survey::of_hits(self.tracer, position, false, &hits))
     }
 
     /// Whether a point of a surface is in sight of open air, at once or by way of other surfaces.

@@ -68,8 +68,7 @@ pub(crate) fn place_grid(
     progress: &dyn Progress,
 ) -> Result<Grid, BakeError> {
     let Some(spacing) = settings.grid_spacing else { return Ok(Grid::default()) };
-    let layout =
-        GridLayout { basis: settings.grid_basis, ..lattice(&air.tracer().scene().bounds(), spacing) };
+    let layout = lattice(&air.tracer().scene().bounds(), spacing);
     let places: Vec<UVec3> = places_by_block(&layout).collect();
     let look = |at: UVec3| place_vertex(air, lit_sides, &layout, at);
     let found = for_each_in_parallel("placing the grid", places.into_par_iter(), progress, look)?;
@@ -93,7 +92,6 @@ fn lattice(bounds: &Bounds, spacing: f32) -> GridLayout {
         origin: bounds.min,
         spacing: (bounds.size() / cells).max(Vec3::splat(f32::MIN_POSITIVE)),
         counts: cells.as_uvec3() + 1,
-        ..GridLayout::default()
     }
 }
 

@@ -164,41 +164,48 @@ impl Groundwork {
         self.texels().end..self.sites.len() as u32
     }
 
+    /// What a site keeps of the light that meets it.
+    pub(crate) fn reception(&self, site: u32) -> Reception {
+        if site < self.texels().end {
+            Reception::Irradiance
+        } else {
+            Reception::Basis(self.settings.grid_basis)
+        }
+    }
+
     /// A site and its points.
     pub(crate) fn place(&self, number: u32) -> Place<'_> {
-        let site = &self.sites[number as usize];
-        if self.texels().contains(&number) {
-            let points =
-                self.points.of(number).iter().map(|point| SamplePoint::on_surface(&self.tracer, point));
-            Place { site, points: points.collect(), reception: Reception::Irradiance }
-        } else {
-            let points = vec![SamplePoint { origin: site.position, lobe: Lobe::Sphere }];
-            Place { site, points, reception: Reception::Basis(self.grid.layout.basis) }
-        }
+        let (site, reception) = (&self.sites[number as usize], self.reception(number));
+        let points = match reception {
+            Reception::Irradiance => {
+                let points = self.points.of(number).iter();
+                points.map(|point| SamplePoint::on_surface(&self.tracer, point)).collect()
+            }
+            Reception::Basis(_) => vec![SamplePoint { origin: site.position, lobe: Lobe::Sphere }],
+        };
+        Place { site, points, reception }
     }
 
     /// Gather rays of a site. Those of a vertex of the grid go all around, and serve several rows.
     pub(crate) fn rays_of(&self, site: u32) -> u32 {
-        let rays = self.settings.gather_rays;
-        if self.texels().contains(&site) { rays } else { grid::RAYS_PER_GATHER_RAY * rays }
+        match self.reception(site) {
+            Reception::Irradiance => self.settings.gather_rays,
+            Reception::Basis(_) => grid::RAYS_PER_GATHER_RAY * self.settings.gather_rays,
+        }
     }
 
     /// The rows of a site's transport, in the numbering that the receivers of clusters have.
     pub(crate) fn rows(&self, site: u32) -> Range<u32> {
-        let texels = self.texels().end;
-        if site < texels {
-            return site..site + 1;
-        }
-        let rows = self.grid.layout.basis.rows() as u32;
-        let first = texels + (site - texels) * rows;
+        let (texels, rows) = (self.texels().end, self.reception(site).rows() as u32);
+        // Each texel has one.
+        let first = site.min(texels) + site.saturating_sub(texels) * rows;
         first..first + rows
     }
 
     /// The site that a row belongs to.
     pub(crate) fn site_of_row(&self, row: u32) -> &Site {
-        let texels = self.texels().end;
-        let site =
-            if row < texels { row } else { texels + (row - texels) / self.grid.layout.basis.rows() as u32 };
+        let (texels, rows) = (self.texels().end, self.settings.grid_basis.rows() as u32);
+        let site = row.min(texels) + row.saturating_sub(texels) / rows;
         &self.sites[site as usize]
     }
 

@@ -13,7 +13,6 @@ pub(crate) mod probe_choice;
 mod row_accumulator;
 pub(crate) mod view;
 
-use probelight_asset::MAX_GRID_ROWS;
 use probelight_math::glam::Vec3;
 use probelight_math::sh::Basis;
 use probelight_trace::{Ray, Tracer};
@@ -21,9 +20,9 @@ use probelight_trace::{Ray, Tracer};
 use crate::ground::site::Place;
 use crate::light::emitters::Emitters;
 use crate::light::form_factors::EmitterSampling;
-use crate::transport::gather::GatherHit;
+use crate::transport::gather::{GatherHit, GatherRay};
 use crate::transport::patch_choice::PatchChoice;
-use crate::transport::row_accumulator::{FinishedRows, RowAccumulator};
+use crate::transport::row_accumulator::{FinishedRows, RowAccumulator, nth_row};
 use crate::transport::view::{SeenHalf, View};
 
 /// A cluster's uncompressed transport.
@@ -131,17 +130,18 @@ const NEAREST_SHARE: f32 = 0.01;
 /// A ray's end that probes serve.
 struct FarEnd {
     hit: GatherHit,
+    /// From the place, unit.
+    direction: Vec3,
     /// Steradians of the place's lobe.
     weight: f32,
-    /// What each row takes of it.
-    factors: [f32; MAX_GRID_ROWS],
 }
 
 /// The part of a place's rows that does not come from probes.
 struct ScalarRows<'a> {
-    /// Of each row: patches, then emitters.
-    sums: Vec<f32>,
-    columns: usize,
+    /// Row by row.
+    patches: Vec<f32>,
+    /// Row by row.
+    emitters: Vec<f32>,
     sky: FinishedRows<'a>,
 }
 
@@ -154,41 +154,42 @@ impl TransportBuilder<'_> {
     }
 
     fn add_half_rows(&self, place: &Place<'_>, seen: &SeenHalf, half: usize, transport: &mut Transport) {
-        let mut far = Vec::new();
-        let scalars = match &self.scalars {
-            Some(scalars) => Some(self.add_scalar_signals(scalars, place, seen, half, transport, &mut far)),
-            None => {
-                far.extend(seen.rays.iter().map(|ray| FarEnd {
-                    hit: ray.end(self.tracer),
-                    weight: ray.weight,
-                    factors: place.reception.factors(ray.direction),
-                }));
-                None
+        let (scalars, far) = match &self.scalars {
+            Some(scalars) => {
+                let (rows, far) = self.scalar_rows(scalars, place, seen, half, transport);
+                (Some(rows), far)
             }
+            None => (None, seen.rays.iter().map(|ray| self.far_end(ray, 1.0)).collect()),
         };
         let of_probes = self.rows_of_probes(place, &far, transport);
-        let rows = &mut transport.halves[half];
-        for row in 0..place.reception.rows() {
-            if let Some(ScalarRows { sums, columns, sky }) = &scalars {
-                rows.extend_from_slice(&sums[row * columns..][..*columns]);
-                sky.append(row, rows);
+        let (rows, columns) = (place.reception.rows(), &mut transport.halves[half]);
+        for row in 0..rows {
+            if let Some(ScalarRows { patches, emitters, sky }) = &scalars {
+                columns.extend_from_slice(nth_row(patches, row, rows));
+                columns.extend_from_slice(nth_row(emitters, row, rows));
+                sky.append(row, columns);
             }
-            of_probes.append(row, rows);
+            of_probes.append(row, columns);
         }
         let scalars = self.scalars.as_ref().map_or(0, |s| s.first_sky_column() + s.sky.len());
         transport.columns = scalars + self.probes.len() * self.basis.len();
     }
 
-    /// The part of the rows that does not come from probes; what is left for these goes to `far`.
-    fn add_scalar_signals<'b>(
+    /// A share of what a ray brings, for probes.
+    fn far_end(&self, ray: &GatherRay, share: f32) -> FarEnd {
+        FarEnd { hit: ray.end(self.tracer), direction: ray.direction, weight: ray.weight * share }
+    }
+
+    /// The part of the rows that does not come from probes, and what is left for these.
+    fn scalar_rows<'b>(
         &self,
         scalars: &ScalarSignals<'b>,
         place: &Place<'_>,
         seen: &SeenHalf,
         half: usize,
         transport: &mut Transport,
-        far: &mut Vec<FarEnd>,
-    ) -> ScalarRows<'b> {
+    ) -> (ScalarRows<'b>, Vec<FarEnd>) {
+        let mut far = Vec::new();
         let rows = place.reception.rows();
         let (patches, emitters) = (scalars.patches.patches.len(), scalars.emitters.signals.len());
         // What the lobe brings from each patch, and of that each row.
@@ -205,7 +206,7 @@ impl TransportBuilder<'_> {
             };
             let near = scalars.near_share(hit.distance);
             if near < 1.0 {
-                far.push(FarEnd { hit: ray.end(self.tracer), weight: weight * (1.0 - near), factors });
+                far.push(self.far_end(ray, 1.0 - near));
             }
             match scalars.patches.column(*surfel) {
                 Some((column, share)) => {
@@ -220,16 +221,11 @@ impl TransportBuilder<'_> {
             }
         }
         let limit = within_limit(&lobe, LARGEST_PATCH_SUM * near_rays);
+        of_patches.iter_mut().for_each(|sum| *sum *= limit);
         let mut of_emitters = vec![0.0; rows * emitters];
         let sampling = &scalars.sampling;
         scalars.emitters.add_form_factors(self.tracer, place, sampling, half, &seen.rays, &mut of_emitters);
-        let columns = patches + emitters;
-        let mut sums = Vec::with_capacity(rows * columns);
-        for row in 0..rows {
-            sums.extend(of_patches[row * patches..][..patches].iter().map(|sum| sum * limit));
-            sums.extend_from_slice(&of_emitters[row * emitters..][..emitters]);
-        }
-        ScalarRows { sums, columns, sky: sky.finish() }
+        (ScalarRows { patches: of_patches, emitters: of_emitters, sky: sky.finish() }, far)
     }
 
     /// The part of the rows that comes from probes.
@@ -250,19 +246,21 @@ impl TransportBuilder<'_> {
         let mut unserved = Vec::new();
         for end in ends {
             let seen = self.seeing_probes(&end.hit, &kernels);
+            let factors = place.reception.factors(end.direction);
             let total: f32 = seen.iter().map(|(_, weight, _)| weight).sum();
             if total <= 0.0 {
                 unserved.push(end);
             }
             for (probe, weight, direction) in seen {
                 has_seen[probe] = true;
-                accumulator.add(probe, direction, end.weight * weight / total, &end.factors);
+                accumulator.add(probe, direction, end.weight * weight / total, &factors);
             }
         }
         for end in unserved {
             match self.nearest_sight(&end.hit, &has_seen) {
                 Some((probe, direction)) => {
-                    accumulator.add(probe, direction, end.weight, &end.factors);
+                    let factors = place.reception.factors(end.direction);
+                    accumulator.add(probe, direction, end.weight, &factors);
                     transport.approximated_rays += 1;
                 }
                 None => transport.uncovered_rays += 1,

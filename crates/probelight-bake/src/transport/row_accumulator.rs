@@ -100,6 +100,12 @@ impl<'a> RowAccumulator<'a> {
     }
 }
 
+/// A row of values that are stored row by row.
+pub(crate) fn nth_row(values: &[f32], row: usize, rows: usize) -> &[f32] {
+    let length = values.len() / rows;
+    &values[row * length..][..length]
+}
+
 /// What a [`RowAccumulator`] came to.
 pub(crate) struct FinishedRows<'a> {
     basis: &'a Basis,
@@ -110,8 +116,7 @@ pub(crate) struct FinishedRows<'a> {
 impl FinishedRows<'_> {
     /// Appends a row in band-major column order.
     pub(crate) fn append(&self, row: usize, columns: &mut Vec<f32>) {
-        let length = self.sums.len() / self.rows;
-        let sums_of_row = &self.sums[row * length..][..length];
+        let sums_of_row = nth_row(&self.sums, row, self.rows);
         for l in 0..=self.basis.degree() {
             for sums in sums_of_row.chunks_exact(self.basis.len()) {
                 columns.extend_from_slice(&sums[l * l..(l + 1) * (l + 1)]);

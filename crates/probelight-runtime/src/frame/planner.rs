@@ -17,8 +17,6 @@ const LIGHTMAP_LEVELS: usize = 4;
 pub struct Planner {
     /// Of each cluster, how many receivers each level of the lightmap has.
     receivers: Vec<[u32; LIGHTMAP_LEVELS]>,
-    /// Number of the clusters of the lightmap; those of the grid follow.
-    lightmap_clusters: usize,
 }
 
 impl Planner {
@@ -30,10 +28,7 @@ impl Planner {
             let texels = baked.texels(cluster);
             std::array::from_fn(|n| texels.iter().take_while(|texel| level(**texel) >= n).count() as u32)
         };
-        Self {
-            receivers: baked.clusters.iter().map(receivers).collect(),
-            lightmap_clusters: baked.lightmap_clusters(),
-        }
+        Self { receivers: baked.clusters.iter().map(receivers).collect() }
     }
 
     /// Fills `plan`, which is one for the same scene.
@@ -41,9 +36,10 @@ impl Planner {
     /// A cluster has the level at the distance of its box from the view, a probe the level at that distance less its support
     /// radius: near receivers may draw on it.
     pub fn plan(&self, baked: &BakedScene, settings: &LodSettings, input: &FrameInput, plan: &mut FramePlan) {
+        let lightmap_clusters = baked.lightmap_clusters();
         for coarser in 0..settings.levels.len().max(1) {
             let cluster = |index: usize| {
-                if index >= self.lightmap_clusters {
+                if index >= lightmap_clusters {
                     return grid_extent(baked, index, input);
                 }
                 let level = settings.level(distance(&baked.clusters[index].bounds, input), coarser);
