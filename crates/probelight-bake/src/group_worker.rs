@@ -11,6 +11,7 @@ use crate::checkpoint::FinishedGroup;
 use crate::compression::metric::SignalMetric;
 use crate::compression::{Compressor, GroupMatrix};
 use crate::ground::Groundwork;
+use crate::ground::sample_point::Reception;
 use crate::ground::site::bounds_of;
 use crate::light::SceneLight;
 use crate::light::ensemble::LightEnsemble;
@@ -51,14 +52,14 @@ fn band_strength(l: usize) -> f32 {
 impl<'a> GroupWorker<'a> {
     /// For the groups of a scene.
     pub(crate) fn new(ground: &'a Groundwork, light: &'a SceneLight) -> Self {
-        let Groundwork { settings, error, .. } = ground;
+        let Groundwork { settings, .. } = ground;
         let basis = |degree: u32| Basis::new(degree as usize);
         Self {
             ground,
             light,
             basis: basis(settings.sh_degree),
             sky_basis: basis(settings.sky_degree.unwrap_or(0)),
-            compressor: Compressor { settings, error: *error, split_rule: ground.cluster_rule() },
+            compressor: Compressor { settings, split_rule: ground.cluster_rule() },
         }
     }
 
@@ -90,10 +91,13 @@ impl<'a> GroupWorker<'a> {
             transport.drop_unused_signals();
         }
         let receivers: Vec<u32> = group.iter().flat_map(|site| self.ground.rows(*site)).collect();
+        let reception = self.ground.reception(group[0]);
         let matrix = GroupMatrix {
             receivers: &receivers,
             sites: &receivers.iter().map(|row| *self.ground.site_of_row(*row)).collect::<Vec<_>>(),
-            parts: self.parts(group),
+            parts: parts_of(group.len(), reception),
+            rows_per_place: reception.rows(),
+            error: self.ground.error_of(reception),
             halves: transport.halves.each_ref().map(Vec::as_slice),
             columns: transport.columns,
             signals: &transport.signals,
@@ -105,17 +109,6 @@ impl<'a> GroupWorker<'a> {
             approximated_rays: transport.approximated_rays,
             uncovered_rays: transport.uncovered_rays,
         }
-    }
-
-    /// The rows of a group that are compressed together.
-    fn parts(&self, group: &[u32]) -> Vec<Vec<u32>> {
-        let reception = self.ground.reception(group[0]);
-        let rows = 0..(group.len() * reception.rows()) as u32;
-        let mut parts = BTreeMap::<usize, Vec<u32>>::new();
-        for row in rows {
-            parts.entry(reception.part_of(row as usize % reception.rows())).or_default().push(row);
-        }
-        parts.into_values().collect()
     }
 
     fn choose_patches(&self, ensemble: &LightEnsemble, views: &[View]) -> PatchChoice {
@@ -230,4 +223,13 @@ fn coefficient_of_column(column: usize, probes: usize) -> (usize, usize) {
     let l = band(column / probes);
     let within = column - probes * l * l;
     (within / (2 * l + 1), l * l + within % (2 * l + 1))
+}
+
+/// The rows of so many places that are compressed together.
+fn parts_of(places: usize, reception: Reception) -> Vec<Vec<u32>> {
+    let mut parts = BTreeMap::<usize, Vec<u32>>::new();
+    for row in 0..places * reception.rows() {
+        parts.entry(reception.part_of(row % reception.rows())).or_default().push(row as u32);
+    }
+    parts.into_values().collect()
 }

@@ -13,8 +13,6 @@ pub(crate) struct Components {
     pub(crate) energies: Vec<f64>,
     /// Energy that is lost if only the first k are kept, for every k.
     pub(crate) tails: Vec<f64>,
-    /// Energy of the whole matrix.
-    pub(crate) total: f64,
     /// Energy of each of its rows.
     pub(crate) rows: Vec<RowEnergy>,
 }
@@ -30,7 +28,6 @@ impl Components {
                 u: Mat::zeros(a.nrows(), 0),
                 energies: Vec::new(),
                 tails: vec![0.0],
-                total: 0.0,
                 rows: vec![RowEnergy::default(); a.nrows()],
             };
         };
@@ -48,10 +45,13 @@ impl Components {
             *tail = tail.min(*noise_free);
         }
         // The mean of both halves has half of their noise.
-        let row = |(r, noise): (usize, &f64)| RowEnergy { all: gram[(r, r)], noise: 0.5 * noise };
+        let row = |(r, noise): (usize, &f64)| {
+            let all = gram[(r, r)];
+            RowEnergy { all, noise: 0.5 * noise, counted: all }
+        };
         let rows = noise.iter().enumerate().map(row).collect();
         let u = Mat::from_fn(u.nrows(), u.ncols(), |r, k| u[(r, k)] as f32);
-        Self { u, energies, tails, total, rows }
+        Self { u, energies, tails, rows }
     }
 }
 

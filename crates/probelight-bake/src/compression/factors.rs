@@ -16,10 +16,15 @@ pub(crate) struct Factors<'a> {
     pub(crate) energies: &'a [f64],
     /// Energy that is lost if only the first k are kept, for every k.
     pub(crate) tails: &'a [f64],
-    /// Energy of the whole matrix.
-    pub(crate) total: f64,
     /// Energy of each row, and how much of it is noise.
     pub(crate) rows: &'a [RowEnergy],
+}
+
+impl Factors<'_> {
+    /// Energy that the error is a share of.
+    pub(crate) fn counted(&self) -> f64 {
+        self.rows.iter().map(|row| row.counted).sum()
+    }
 }
 
 /// Energy of a receiver's row in the metric.
@@ -28,6 +33,8 @@ pub(crate) struct RowEnergy {
     pub(crate) all: f64,
     /// Of this, what the gather rays' noise is expected to have.
     pub(crate) noise: f64,
+    /// What its error is a share of: the row's own energy, or its part of all rows of a place.
+    pub(crate) counted: f64,
 }
 
 /// What the bits of a cluster are weighed by.

@@ -45,6 +45,9 @@ pub(crate) struct GroupMatrix<'a> {
     pub(crate) sites: &'a [Site],
     /// Rows that are compressed on their own to begin with.
     pub(crate) parts: Vec<Vec<u32>>,
+    /// Rows of each place, one after another.
+    pub(crate) rows_per_place: usize,
+    pub(crate) error: ErrorGoal,
     /// Two estimates of A from half of the rays each, row-major, one row per receiver of the group.
     pub(crate) halves: [&'a [f32]; 2],
     pub(crate) columns: usize,
@@ -56,7 +59,6 @@ pub(crate) struct GroupMatrix<'a> {
 /// What compression needs to know of its surroundings.
 pub(crate) struct Compressor<'a> {
     pub(crate) settings: &'a BakeSettings,
-    pub(crate) error: ErrorGoal,
     pub(crate) split_rule: KdRule,
 }
 
@@ -70,15 +72,16 @@ impl Compressor<'_> {
         let halves = matrix
             .halves
             .map(|rows| MatRef::from_row_major_slice(rows, matrix.receivers.len(), matrix.columns));
+        let counted = (matrix.rows_per_place > 1).then(|| counted_energies(matrix, &halves));
         let mut pending: Vec<Vec<u32>> = matrix.parts.iter().rev().cloned().collect();
         let mut clusters = Vec::new();
         while let Some(mut rows) = pending.pop() {
             sort_coarsest_first(&mut rows, matrix.sites);
             let halves = halves
                 .map(|half| Mat::from_fn(rows.len(), matrix.columns, |r, c| half[(rows[r] as usize, c)]));
-            let cluster = self.decompose(&rows, &halves, matrix);
-            let can_split = rows.len() >= self.fewest_to_split();
-            if cluster.factors.error > self.error.error() && can_split {
+            let cluster = self.decompose(&rows, &halves, matrix, counted.as_deref());
+            let can_split = rows.len() >= self.fewest_to_split(matrix.error);
+            if cluster.factors.error > matrix.error.error() && can_split {
                 rows.sort_unstable();
                 let (lower, upper) = self.split_rule.split(matrix.sites, rows);
                 pending.push(upper);
@@ -90,30 +93,40 @@ impl Compressor<'_> {
         clusters
     }
 
-    fn fewest_to_split(&self) -> usize {
+    fn fewest_to_split(&self, error: ErrorGoal) -> usize {
         let max_rank = self.settings.max_rank as usize;
         // Truncation loses nothing of as many rows as there may be singular values.
-        if self.error.must_be_met() { max_rank + 1 } else { 2 * FEWEST_RECEIVERS_PER_RANK * max_rank }
+        if error.must_be_met() { max_rank + 1 } else { 2 * FEWEST_RECEIVERS_PER_RANK * max_rank }
     }
 
     /// The principal components of a block, with as many singular values and bits as the error asks for.
-    fn decompose(&self, rows: &[u32], halves: &[Mat<f32>; 2], matrix: &GroupMatrix<'_>) -> CompressedCluster {
+    fn decompose(
+        &self,
+        rows: &[u32],
+        halves: &[Mat<f32>; 2],
+        matrix: &GroupMatrix<'_>,
+        counted: Option<&[f64]>,
+    ) -> CompressedCluster {
         let a = (&halves[0] + &halves[1]) * Scale(0.5);
         let most = (self.settings.max_rank as usize).min(a.nrows());
-        let components = Components::of(&a, halves, matrix.metric, most);
+        let mut components = Components::of(&a, halves, matrix.metric, most);
+        if let Some(counted) = counted {
+            for (energy, row) in components.rows.iter_mut().zip(rows) {
+                energy.counted = counted[*row as usize];
+            }
+        }
         let w = components.u.transpose() * &a;
         let factors = Factors {
             u: &components.u,
             w: &w,
             energies: &components.energies,
             tails: &components.tails,
-            total: components.total,
             rows: &components.rows,
         };
         let aim = Aim {
             is_packed: self.settings.storage == Storage::Packed,
-            error: f64::from(self.error.error()),
-            must_be_met: self.error.must_be_met(),
+            error: f64::from(matrix.error.error()),
+            must_be_met: matrix.error.must_be_met(),
             byte_price: f64::from(self.settings.byte_price),
         };
         CompressedCluster {
@@ -123,6 +136,23 @@ impl Compressor<'_> {
             factors: quantize(&factors, matrix.metric, aim),
         }
     }
+}
+
+/// What the error of each row is a share of where places have several rows that are compressed apart: the rows of a
+/// place are read together, so each part may lose an equal share of what all of them may.
+fn counted_energies(matrix: &GroupMatrix<'_>, halves: &[MatRef<'_, f32>; 2]) -> Vec<f64> {
+    let energies = matrix.metric.row_energies(&((halves[0] + halves[1]) * Scale(0.5)));
+    let mut part_of = vec![0; energies.len()];
+    for (part, rows) in matrix.parts.iter().enumerate() {
+        rows.iter().for_each(|row| part_of[*row as usize] = part);
+    }
+    let of_place = |(energies, parts): (&[f64], &[usize])| -> Vec<f64> {
+        let share = energies.iter().sum::<f64>() / matrix.parts.len() as f64;
+        let count = |part: &usize| parts.iter().filter(|p| *p == part).count() as f64;
+        parts.iter().map(|part| share / count(part)).collect()
+    };
+    let rows = matrix.rows_per_place;
+    energies.chunks(rows).zip(part_of.chunks(rows)).flat_map(of_place).collect()
 }
 
 /// Orders rows so that each level of detail is a prefix.
@@ -200,22 +230,45 @@ pub(crate) mod tests {
     fn compress(rows: &[f32], settings: &BakeSettings) -> Vec<CompressedCluster> {
         let count = rows.len() / COLUMNS;
         let sites = line_of_sites(count as u32);
-        let compressor = Compressor {
-            settings,
-            error: ErrorGoal::About(settings.max_cluster_error),
-            split_rule: KdRule { meters_per_normal: 1.0, by_outlook: true },
-        };
+        let compressor =
+            Compressor { settings, split_rule: KdRule { meters_per_normal: 1.0, by_outlook: true } };
         let group: Vec<u32> = (0..count as u32).collect();
         compressor.compress(&GroupMatrix {
             receivers: &group,
             sites: &sites,
             parts: vec![group.clone()],
+            rows_per_place: 1,
+            error: ErrorGoal::About(settings.max_cluster_error),
             halves: [rows, rows],
             columns: COLUMNS,
             signals: &[7, 9],
             probes: &[0, 1],
             metric: &SignalMetric::independent((0..COLUMNS).map(strength).collect()),
         })
+    }
+
+    #[test]
+    fn parts_of_a_place_may_lose_equal_shares_of_its_light() {
+        let rows: Vec<f32> = [2.0, 1.0, 1.0, 0.0, 3.0, 0.0].into_iter().flat_map(|v| [v, 0.0]).collect();
+        let metric = SignalMetric::independent(vec![1.0; 2]);
+        let counted = |parts| {
+            let sites = line_of_sites(6);
+            let matrix = GroupMatrix {
+                receivers: &[0, 1, 2, 3, 4, 5],
+                sites: &sites,
+                parts,
+                rows_per_place: 3,
+                error: ErrorGoal::About(0.1),
+                halves: [&rows, &rows],
+                columns: 2,
+                signals: &[0, 1],
+                probes: &[],
+                metric: &metric,
+            };
+            counted_energies(&matrix, &matrix.halves.map(|h| MatRef::from_row_major_slice(h, 6, 2)))
+        };
+        assert_eq!(counted(vec![vec![0, 3], vec![1, 2, 4, 5]]), [3.0, 1.5, 1.5, 4.5, 2.25, 2.25]);
+        assert_eq!(counted(vec![(0..6).collect()]), [2.0, 2.0, 2.0, 3.0, 3.0, 3.0]);
     }
 
     #[test]

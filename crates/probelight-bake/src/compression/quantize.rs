@@ -71,7 +71,7 @@ pub(crate) fn quantize(factors: &Factors<'_>, metric: &SignalMetric, aim: Aim) -
         precision.pack(&line, &mut packed.signal_basis);
         packed.row_scales.push(scales.rows[k] * scales.receivers[k]);
     }
-    packed.error = (energy / factors.total.max(f64::MIN_POSITIVE)).max(0.0).sqrt() as f32;
+    packed.error = (energy / factors.counted().max(f64::MIN_POSITIVE)).max(0.0).sqrt() as f32;
     packed.receiver_errors = rows.in_steps(factors, aim.error);
     packed
 }
@@ -106,7 +106,7 @@ impl RowErrors {
 
     fn in_steps(&self, factors: &Factors<'_>, target: f64) -> Vec<u8> {
         let steps = |(lost, row): (&f64, &RowEnergy)| {
-            let light = (row.all - row.noise).max(f64::MIN_POSITIVE);
+            let light = (row.counted - row.noise).max(f64::MIN_POSITIVE);
             let error = (lost / light).sqrt() / target;
             // Casts end at 255.
             (f64::from(ERROR_STEPS) * error).round() as u8
@@ -175,7 +175,7 @@ pub(crate) mod tests {
             let energy = |r: usize| {
                 (0..COMPONENTS).map(|k| f64::from(self.u[(r, k)]).powi(2) * self.energies[k]).sum::<f64>()
             };
-            (0..RECEIVERS).map(|r| RowEnergy { all: energy(r), noise: 0.0 }).collect()
+            (0..RECEIVERS).map(|r| RowEnergy { all: energy(r), noise: 0.0, counted: energy(r) }).collect()
         }
 
         fn quantize(&self, is_packed: bool, target: f64) -> PackedFactors {
@@ -184,7 +184,6 @@ pub(crate) mod tests {
                 w: &self.w,
                 energies: &self.energies,
                 tails: &self.tails,
-                total: self.tails[0],
                 rows: &self.rows(),
             };
             let metric = SignalMetric::independent(self.moments.iter().map(|m| m.sqrt()).collect());

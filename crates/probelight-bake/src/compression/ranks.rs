@@ -7,7 +7,7 @@ use crate::compression::factors::{Aim, Factors, RoundingNoise};
 /// The cheapest ranks of U and ΣVᵀ within the target; where none are, those beyond which more bytes are not worth it.
 pub(crate) fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, aim: Aim) -> (Ranks, Ranks) {
     let most = factors.energies.len();
-    let accepted = aim.error * aim.error * factors.total;
+    let accepted = aim.error * aim.error * factors.counted();
     let in_half_floats = || {
         let of_component = |k| noise.of_u(k, Precision::F16) + noise.of_w(k, Precision::F16);
         let energy = |rank: usize| factors.tails[rank] + (0..rank).map(of_component).sum::<f64>();

@@ -20,6 +20,10 @@ pub(crate) const RAYS_PER_GATHER_RAY: u32 = 2;
 /// Vertices whose transport is compressed together.
 pub(crate) const VERTICES_PER_GROUP: usize = 128;
 
+/// What the compression of vertices may lose as a multiple of what that of texels may: of the light read in the air
+/// interpolation between them misses several times as much near a lamp.
+pub(crate) const ERROR_PER_TEXEL_ERROR: f32 = 3.0;
+
 /// Distances at which a vertex looks for a better place, in spacings (\[SED\] §4).
 const SHIFTS: [f32; 4] = [0.1, 0.2, 0.32, 0.45];
 

@@ -194,6 +194,16 @@ impl Groundwork {
         }
     }
 
+    /// What a site's compression may lose. Light in the air is read between vertices, which errs by more.
+    pub(crate) fn error_of(&self, reception: Reception) -> ErrorGoal {
+        match (reception, self.error) {
+            (Reception::Basis(_), ErrorGoal::About(error)) => {
+                ErrorGoal::About(grid::ERROR_PER_TEXEL_ERROR * error)
+            }
+            (_, error) => error,
+        }
+    }
+
     /// The rows of a site's transport, in the numbering that the receivers of clusters have.
     pub(crate) fn rows(&self, site: u32) -> Range<u32> {
         let (texels, rows) = (self.texels().end, self.reception(site).rows() as u32);
