@@ -9,15 +9,15 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use probelight_math::glam::Vec3;
+use probelight_math::glam::{Vec3, Vec4};
 use probelight_math::sh::coefficient_count;
 use probelight_scene::Scene;
 
 #[cfg(doc)]
 use crate::packed::GAIN_STEPS;
 use crate::{
-    BakeReport, BakeSettings, Cluster, Emitter, GridBlock, GridLayout, GridVertex, InvalidParts, LightSample,
-    LightmapLayout, Probe, Surfel, SurfelGroup,
+    BakeReport, BakeSettings, Cluster, Emitter, GridBlock, GridCell, GridLayout, GridVertex, InvalidParts,
+    LightSample, LightmapLayout, Probe, Surfel, SurfelGroup,
 };
 
 /// What [`BakedParts::receiver_errors`] has for the wanted error.
@@ -90,12 +90,19 @@ pub struct BakedParts {
     pub relight_gains: Vec<u8>,
     /// Where there is light in free space.
     pub grid: GridLayout,
-    /// All blocks of the grid, x first.
+    /// All blocks of the grid, x first: which vertices have light.
     pub grid_blocks: Vec<GridBlock>,
     /// The vertices that have light, block by block.
     pub grid_vertices: Vec<GridVertex>,
     /// The receivers that hold the vertices' rows, vertex by vertex; they come behind those of the lightmap.
     pub grid_receivers: Vec<u32>,
+    /// Which cells of the grid have walls, blocks as `grid_blocks`; a cell has the place of its lowest corner. Empty if
+    /// none has.
+    pub grid_cell_blocks: Vec<GridBlock>,
+    /// The cells that have walls, block by block.
+    pub grid_cells: Vec<GridCell>,
+    /// Planes that divide cells: unit normal and, last, what makes the sum (x, y, z, 1) · plane zero on it, metres.
+    pub grid_planes: Vec<Vec4>,
     /// Groups of receivers that share one compressed transport matrix. Those of the grid come last.
     pub clusters: Vec<Cluster>,
     /// The clusters' scalar signals, see [`BakedParts::scalar_signals`] and [`Cluster::first_signal`].

@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use probelight_math::glam::{UVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::BakedParts;
+use crate::{BakedParts, NONE};
 
 /// Vertices along each edge of a block.
 pub const BLOCK_EDGE: u32 = 4;
@@ -23,15 +23,29 @@ pub struct GridLayout {
     pub counts: UVec3,
 }
 
-/// 4 × 4 × 4 vertices of a grid. Vertex (x, y, z) of a block is bit `x + 4 y + 16 z`.
+/// Which of 4 × 4 × 4 places of a grid have something of their own. Place (x, y, z) of a block is bit `x + 4 y + 16 z`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct GridBlock {
-    /// Which of its vertices have light: two halves of 64 bits, the lower first.
-    pub valid: [u32; 2],
-    /// Number of its first valid vertex; the others follow in the order of their bits.
-    pub first_vertex: u32,
+    /// Which places: two halves of 64 bits, the lower first.
+    pub present: [u32; 2],
+    /// Number of the first of them; the others follow in the order of their bits.
+    pub first: u32,
 }
+
+/// Walls in a cell of a grid: which of its corners light which part of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct GridCell {
+    /// Planes that divide the cell, indices into `grid_planes`; [`NONE`](crate::NONE) after the last.
+    pub planes: [u32; CELL_PLANES],
+    /// The corners that light each part of it: corner (x, y, z) is bit `x + 2 y + 4 z`. Bit i of a part's number tells
+    /// whether it lies in front of plane i.
+    pub corners: [u8; 1 << CELL_PLANES],
+}
+
+/// Most planes that divide a cell of a grid.
+pub const CELL_PLANES: usize = 4;
 
 /// A vertex of a grid that has light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -63,16 +77,21 @@ impl GridLayout {
 }
 
 impl GridBlock {
-    /// Which vertices have light, as one number.
-    pub fn mask(&self) -> u64 {
-        u64::from(self.valid[0]) | u64::from(self.valid[1]) << 32
+    /// Of the places that `mask` has, `first` being the number of the lowest.
+    pub fn new(mask: u64, first: u32) -> Self {
+        Self { present: [mask as u32, (mask >> 32) as u32], first }
     }
 
-    /// The number of the vertex at a bit, if it has light.
-    pub fn vertex(&self, bit: u32) -> Option<u32> {
+    /// Which places, as one number.
+    pub fn mask(&self) -> u64 {
+        u64::from(self.present[0]) | u64::from(self.present[1]) << 32
+    }
+
+    /// The number of what is at a place, if anything is.
+    pub fn number(&self, bit: u32) -> Option<u32> {
         let mask = self.mask();
         let before = mask & ((1 << bit) - 1);
-        (mask >> bit & 1 == 1).then(|| self.first_vertex + before.count_ones())
+        (mask >> bit & 1 == 1).then(|| self.first + before.count_ones())
     }
 }
 
@@ -110,7 +129,22 @@ impl BakedParts {
     /// The valid vertex at a place of the lattice.
     pub fn grid_vertex(&self, vertex: UVec3) -> Option<u32> {
         let (block, bit) = self.grid.place(vertex);
-        self.grid_blocks[block].vertex(bit)
+        self.grid_blocks[block].number(bit)
+    }
+
+    /// The walls in the cell between a place of the lattice and the next ones along each axis.
+    pub fn grid_cell(&self, cell: UVec3) -> Option<&GridCell> {
+        let (block, bit) = self.grid.place(cell);
+        let number = self.grid_cell_blocks.get(block)?.number(bit)?;
+        Some(&self.grid_cells[number as usize])
+    }
+
+    /// The corners that light a world position by way of a cell, as [`GridCell::corners`] has them.
+    pub fn corners_lighting(&self, cell: &GridCell, position: Vec3) -> u8 {
+        let planes = cell.planes.iter().take_while(|plane| **plane != NONE);
+        let is_in_front = |plane: &u32| position.extend(1.0).dot(self.grid_planes[*plane as usize]) > 0.0;
+        let part: usize = planes.enumerate().map(|(i, plane)| usize::from(is_in_front(plane)) << i).sum();
+        cell.corners[part]
     }
 
     /// The receivers that hold a vertex's rows.

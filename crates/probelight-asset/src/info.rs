@@ -112,6 +112,9 @@ impl BakedInfo {
             sections::GRID_BLOCKS,
             sections::GRID_VERTICES,
             sections::GRID_RECEIVERS,
+            sections::GRID_CELL_BLOCKS,
+            sections::GRID_CELLS,
+            sections::GRID_PLANES,
         ];
         let matrix_bytes = matrices.map(bytes).iter().sum::<u64>();
         Self {

@@ -15,7 +15,7 @@ const MAGIC: [u8; 8] = *b"\x89PLIGHT\n";
 pub const FORMAT_VERSION: u32 = 8;
 
 /// Counts additions that older readers of the same version may skip: optional sections, fields of JSON sections.
-pub(crate) const MINOR_VERSION: u32 = 0;
+pub(crate) const MINOR_VERSION: u32 = 1;
 
 /// Sections start at multiples of this, so that a mapped file's arrays are aligned for vector registers and
 /// cache lines.

@@ -35,7 +35,10 @@ impl BakedParts {
         let mut bytes = self.bytes_of_clusters(self.lightmap_clusters(), self.clusters.len());
         let of_grid = size_of_val(&self.grid_blocks[..])
             + size_of_val(&self.grid_vertices[..])
-            + size_of_val(&self.grid_receivers[..]);
+            + size_of_val(&self.grid_receivers[..])
+            + size_of_val(&self.grid_cell_blocks[..])
+            + size_of_val(&self.grid_cells[..])
+            + size_of_val(&self.grid_planes[..]);
         bytes.metadata += of_grid as u64;
         bytes
     }

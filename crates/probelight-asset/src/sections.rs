@@ -18,7 +18,7 @@ use crate::layout::SectionHead;
 use crate::read::{Draft, SectionBody};
 use crate::textures::encode_textures;
 use crate::{
-    BakedParts, Cluster, Emitter, GridBlock, GridVertex, LightSample, LightmapFace, Probe, Surfel,
+    BakedParts, Cluster, Emitter, GridBlock, GridCell, GridVertex, LightSample, LightmapFace, Probe, Surfel,
     SurfelGroup,
 };
 
@@ -145,6 +145,12 @@ sections! {
     GRID_VERTICES = array!("grid-vertices", REQUIRED, [GridVertex], grid_vertices);
     /// Of vertices of the grid, row by row.
     GRID_RECEIVERS = array!("grid-receivers", REQUIRED, [u32], grid_receivers);
+    /// 4³ cells of the grid each.
+    GRID_CELL_BLOCKS = array!("grid-cell-blocks", OPTIONAL, [GridBlock], grid_cell_blocks);
+    /// Cells of the grid that have walls.
+    GRID_CELLS = array!("grid-cells", OPTIONAL, [GridCell], grid_cells);
+    /// Walls between corners of cells.
+    GRID_PLANES = array!("grid-planes", OPTIONAL, [Vec4], grid_planes);
     /// Groups of receivers.
     CLUSTERS = array!("clusters", REQUIRED, [Cluster], clusters);
     /// Cluster by cluster.

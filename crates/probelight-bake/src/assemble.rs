@@ -39,6 +39,9 @@ pub(crate) fn assemble(mut ground: Groundwork, light: SceneLight, groups: &[Fini
         grid: ground.grid.layout,
         grid_blocks: take(&mut ground.grid.blocks),
         grid_vertices: ground.grid.vertices.iter().map(|vertex| GridVertex::at(vertex.offset)).collect(),
+        grid_cell_blocks: take(&mut ground.walls.blocks),
+        grid_cells: take(&mut ground.walls.cells),
+        grid_planes: take(&mut ground.walls.planes),
         scene: Arc::clone(ground.tracer.scene()),
         ..BakedParts::default()
     };

@@ -11,7 +11,7 @@ use probelight_trace::Tracer;
 use crate::convergence::relative_change;
 use crate::cpu::{ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, ScalarSignals};
 use crate::frame::{FramePlans, ReceiverPlace};
-use crate::irradiance_grid::{WeightedVertex, vertices_around};
+use crate::irradiance_grid::{WeightedVertex, vertices_lighting};
 use crate::scene_state::SceneState;
 use crate::{
     Convergence, FrameInput, FramePlan, IrradianceGrid, IrradianceLightmap, LodSettings, RuntimeError, Stage,
@@ -212,13 +212,14 @@ impl Runtime {
     /// [`irradiance_at`](Self::irradiance_at) says of static ones. `None` if the scene was baked without a grid, or if the
     /// last frame did not compute the grid there ([`FrameInput::active_boxes`], [`FrameInput::whole_grid`]).
     pub fn irradiance_in_air(&self, position: Vec3, normal: Vec3) -> Option<Vec3> {
-        let is_computed = |(vertex, _): &WeightedVertex| {
+        let is_computed = |(vertex, weight): &WeightedVertex| {
             let mut rows = self.baked.vertex_receivers(*vertex).iter();
-            rows.all(|row| {
-                ReceiverPlace::at(&self.baked.clusters, *row).is_computed(self.plans.plan().clusters())
-            })
+            *weight == 0.0
+                || rows.all(|row| {
+                    ReceiverPlace::at(&self.baked.clusters, *row).is_computed(self.plans.plan().clusters())
+                })
         };
-        let vertices = vertices_around(&self.baked, position);
+        let vertices = vertices_lighting(&self.baked, position, normal);
         if vertices.iter().all(is_computed) { self.grid().between(&vertices, normal) } else { None }
     }
 

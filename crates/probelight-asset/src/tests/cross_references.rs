@@ -177,9 +177,14 @@ fn clusters_are_checked() {
 fn the_grid_is_checked() {
     refused("origin or a spacing", |b| b.grid.spacing.y = f32::NAN);
     refused("2 blocks of a grid with 2 × 5 × 6 vertices", |b| b.grid.counts.z = 6);
-    refused("block 1 of the grid does not start", |b| b.grid_blocks[1].first_vertex = 0);
-    refused("need 2 vertices, and there are 1", |b| b.grid_blocks[1].valid[1] = 8);
+    refused("block 1 of the grid's vertices does not start", |b| b.grid_blocks[1].first = 0);
+    refused("need 2 vertices, and there are 1", |b| b.grid_blocks[1].present[1] = 8);
     refused("5 rows of 1 vertices of the grid with 6 each", |b| b.grid_receivers.truncate(5));
+    refused("1 blocks of cells of a grid with 2 blocks", |b| b.grid_cell_blocks.truncate(1));
+    refused("block 1 of the grid's cells does not start", |b| b.grid_cell_blocks[1].first = 0);
+    refused("need 1 cells, and there are 0", |b| b.grid_cells.clear());
+    refused("cell 0 of the grid is divided by plane 2 of 2", |b| b.grid_cells[0].planes[1] = 2);
+    refused("a plane of the grid is not finite", |b| b.grid_planes[0].w = f32::INFINITY);
     refused("row 0 of the grid is held by receiver 4", |b| b.grid_receivers[0] = 4);
     refused("row 3 of the grid is held by receiver 11", |b| b.grid_receivers[3] = 11);
     refused("cluster 1 holds receivers of lightmap and grid", |b| b.clusters[1].receiver_count = 3);

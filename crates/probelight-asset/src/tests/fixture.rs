@@ -8,9 +8,9 @@ use probelight_scene::{
 
 use crate::packed::Ranks;
 use crate::{
-    BakeReport, BakeSettings, BakedParts, Cluster, Emitter, GridBasis, GridBasisKind, GridBlock, GridLayout,
-    GridLobe, GridVertex, LightSample, LightmapFace, LightmapLayout, Method, Metric, NONE, Probe, Storage,
-    Surfel, SurfelGroup,
+    BakeReport, BakeSettings, BakedParts, Cluster, Emitter, GridBasis, GridBasisKind, GridBlock, GridCell,
+    GridLayout, GridLobe, GridVertex, LightSample, LightmapFace, LightmapLayout, Method, Metric, NONE, Probe,
+    Storage, Surfel, SurfelGroup,
 };
 
 /// Two triangles, 2 × 6 lightmap texels, five receivers in two clusters and a vertex of a grid in a third, two probes,
@@ -43,12 +43,12 @@ pub(super) fn baked_parts() -> BakedParts {
             spacing: Vec3::new(1.0, 2.0, 1.5),
             counts: UVec3::new(2, 5, 1),
         },
-        grid_blocks: vec![
-            GridBlock { valid: [1 << 5, 0], first_vertex: 0 },
-            GridBlock { valid: [0, 0], first_vertex: 1 },
-        ],
+        grid_blocks: vec![GridBlock::new(1 << 5, 0), GridBlock::new(0, 1)],
         grid_vertices: vec![GridVertex { offset: [3, -127, 0, 0] }],
         grid_receivers: vec![7, 6, 5, 10, 9, 8],
+        grid_cell_blocks: vec![GridBlock::new(1 << 4, 0), GridBlock::new(0, 1)],
+        grid_cells: vec![GridCell { planes: [1, 0, NONE, NONE], corners: [0x80; 16] }],
+        grid_planes: vec![Vec4::new(0.0, -1.0, 0.0, 0.5), Vec4::new(0.6, 0.0, 0.8, -0.0)],
         clusters: clusters(),
         cluster_signals: vec![3, 9, 0, 2],
         cluster_probes: vec![1, 0, 1],

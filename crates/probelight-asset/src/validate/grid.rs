@@ -2,7 +2,7 @@
 
 use probelight_math::glam::Vec3;
 
-use crate::BakedParts;
+use crate::{BakedParts, GridBlock, NONE};
 
 impl BakedParts {
     pub(super) fn check_grid(&self) -> Result<(), String> {
@@ -20,16 +20,8 @@ impl BakedParts {
             grid.counts.y,
             grid.counts.z
         );
-        let mut end = 0;
-        for (b, block) in self.grid_blocks.iter().enumerate() {
-            ensure!(
-                u64::from(block.first_vertex) == end,
-                "block {b} of the grid does not start where the last one ends"
-            );
-            end += u64::from(block.mask().count_ones());
-        }
         let vertices = self.grid_vertices.len();
-        ensure!(end == vertices as u64, "the grid's blocks need {end} vertices, and there are {vertices}");
+        check_blocks(&self.grid_blocks, vertices, "vertices")?;
         let rows = self.settings.grid_basis.rows();
         ensure!(
             vertices.checked_mul(rows) == Some(self.grid_receivers.len()),
@@ -43,7 +35,27 @@ impl BakedParts {
                 "row {r} of the grid is held by receiver {receiver}, which is not the grid's"
             );
         }
+        self.check_walls()?;
         self.check_grid_clusters()
+    }
+
+    fn check_walls(&self) -> Result<(), String> {
+        let (blocks, cell_blocks) = (self.grid_blocks.len(), self.grid_cell_blocks.len());
+        ensure!(
+            cell_blocks == 0 || cell_blocks == blocks,
+            "{cell_blocks} blocks of cells of a grid with {blocks} blocks"
+        );
+        check_blocks(&self.grid_cell_blocks, self.grid_cells.len(), "cells")?;
+        let planes = self.grid_planes.len();
+        for (c, cell) in self.grid_cells.iter().enumerate() {
+            let mut missing =
+                cell.planes.iter().filter(|plane| **plane != NONE && **plane as usize >= planes);
+            if let Some(plane) = missing.next() {
+                return Err(format!("cell {c} of the grid is divided by plane {plane} of {planes}"));
+            }
+        }
+        ensure!(self.grid_planes.iter().all(|plane| plane.is_finite()), "a plane of the grid is not finite");
+        Ok(())
     }
 
     /// No cluster holds receivers of the lightmap and of the grid.
@@ -58,4 +70,18 @@ impl BakedParts {
         }
         Ok(())
     }
+}
+
+/// Blocks follow each other without gaps.
+fn check_blocks(blocks: &[GridBlock], count: usize, what: &str) -> Result<(), String> {
+    let mut end = 0;
+    for (b, block) in blocks.iter().enumerate() {
+        ensure!(
+            u64::from(block.first) == end,
+            "block {b} of the grid's {what} does not start where the last one ends"
+        );
+        end += u64::from(block.mask().count_ones());
+    }
+    ensure!(end == count as u64, "the grid's blocks need {end} {what}, and there are {count}");
+    Ok(())
 }

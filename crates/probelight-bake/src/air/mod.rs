@@ -16,6 +16,8 @@ pub(crate) mod point_tree;
 mod sides;
 mod voxels;
 
+pub(crate) use voxels::box_overlaps_triangle;
+
 use probelight_math::directions::spherical_fibonacci;
 use probelight_math::glam::Vec3;
 use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};

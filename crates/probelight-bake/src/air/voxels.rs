@@ -59,7 +59,7 @@ impl VoxelGrid {
             for y in low.y..=high.y {
                 for x in low.x..=high.x {
                     let at = UVec3::new(x, y, z);
-                    if cube_overlaps_triangle(self.centre(at), self.cell * 0.5, corners) {
+                    if box_overlaps_triangle(self.centre(at), Vec3::splat(self.cell * 0.5), corners) {
                         let index = self.index(at);
                         self.voxels[index] = Voxel::Occupied;
                     }
@@ -124,12 +124,12 @@ impl VoxelGrid {
     }
 }
 
-/// Separating-axis test of an axis-aligned cube against a triangle (Akenine-Möller 2001).
-fn cube_overlaps_triangle(centre: Vec3, half: f32, corners: [Vec3; 3]) -> bool {
+/// Separating-axis test of an axis-aligned box with half edges `half` against a triangle (Akenine-Möller 2001).
+pub(crate) fn box_overlaps_triangle(centre: Vec3, half: Vec3, corners: [Vec3; 3]) -> bool {
     let [a, b, c] = corners.map(|p| p - centre);
     let separates = |axis: Vec3| {
         let (pa, pb, pc) = (axis.dot(a), axis.dot(b), axis.dot(c));
-        let radius = half * axis.abs().element_sum();
+        let radius = half.dot(axis.abs());
         pa.min(pb).min(pc) > radius || pa.max(pb).max(pc) < -radius
     };
     let edges = [b - a, c - b, a - c];

@@ -82,8 +82,8 @@ pub(crate) fn place_grid(
             .zip(block)
             .filter(|(_, vertex)| vertex.is_some())
             .fold(0u64, |mask, (bit, _)| mask | 1 << bit);
-        let first_vertex = grid.vertices.len() as u32;
-        grid.blocks.push(GridBlock { valid: [mask as u32, (mask >> 32) as u32], first_vertex });
+        let first = grid.vertices.len() as u32;
+        grid.blocks.push(GridBlock::new(mask, first));
         grid.vertices.extend(block.iter().flatten());
     }
     Ok(grid)
@@ -100,7 +100,7 @@ fn lattice(bounds: &Bounds, spacing: f32) -> GridLayout {
 }
 
 /// All places of whole blocks, block by block; some lie beyond the lattice.
-fn places_by_block(layout: &GridLayout) -> impl Iterator<Item = UVec3> {
+pub(crate) fn places_by_block(layout: &GridLayout) -> impl Iterator<Item = UVec3> {
     let in_order = |size: UVec3| {
         (0..size.z)
             .flat_map(move |z| (0..size.y).flat_map(move |y| (0..size.x).map(move |x| UVec3::new(x, y, z))))

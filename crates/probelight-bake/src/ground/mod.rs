@@ -11,6 +11,7 @@ mod relight;
 pub(crate) mod sample_point;
 pub(crate) mod site;
 pub(crate) mod texel_points;
+pub(crate) mod walls;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -34,6 +35,7 @@ use crate::ground::relight::trace_relight_rays;
 use crate::ground::sample_point::{Lobe, Reception, SamplePoint};
 use crate::ground::site::{Place, Site};
 use crate::ground::texel_points::TexelPoints;
+use crate::ground::walls::{Walls, find_walls};
 use crate::options::{Decided, ErrorGoal, SignalPlan};
 use crate::partition::KdRule;
 use crate::{BakeError, BakeOptions};
@@ -58,6 +60,8 @@ pub(crate) struct Groundwork {
     pub(crate) receivers: Receivers,
     /// The grid in free space.
     pub(crate) grid: Grid,
+    /// Walls in its cells.
+    pub(crate) walls: Walls,
     /// The places that gather light: the receivers', with the same numbers, then the grid's vertices.
     pub(crate) sites: Vec<Site>,
     /// The points of each receiver's texel that count.
@@ -97,6 +101,7 @@ pub(crate) fn prepare(
     let relight_hits = trace_relight_rays(&tracer, &probes, &directions, progress)?;
     let probes = PointTree::of(&probes);
     let grid = place_grid(&air, &lit_sides, &settings, progress)?;
+    let walls = find_walls(&tracer, &grid, progress)?;
     let on_texels = receivers.receivers.iter().map(|receiver| receiver.ray_origin(&tracer));
     let origins: Vec<Vec3> = on_texels.chain(grid.vertices.iter().map(|vertex| vertex.position)).collect();
     let outlooks = find_outlooks(&tracer, &probes, &directions, &relight_hits, &origins, progress)?;
@@ -117,6 +122,7 @@ pub(crate) fn prepare(
         atlas: layout.atlas,
         receivers,
         grid,
+        walls,
         sites,
         points,
         probes,
