@@ -77,8 +77,8 @@ pub(crate) struct SettingFlags {
     /// Leave the jumps where clusters meet as they are [default: they blend; not with --method paper]
     #[arg(long)]
     hard_borders: bool,
-    /// Vertices of a grid that keeps light in free space, over all of the scene's bounds; `eval` answers
-    /// points there with it [default: no grid]
+    /// Vertices of the grid that keeps light in free space for moving objects, over all of the scene's
+    /// bounds; 0 for none [default: one for 20 receivers, at least 6000]
     #[arg(long, value_name = "N", conflicts_with = "grid_spacing")]
     grid: Option<u32>,
     /// Distance between neighbouring vertices of the grid, metres, instead of --grid

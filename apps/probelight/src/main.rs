@@ -14,6 +14,7 @@ mod error_map;
 mod input;
 mod interrupt;
 mod matrix_figures;
+mod movers;
 mod output;
 mod points;
 mod sample_points;

@@ -10,12 +10,13 @@ use probelight_asset::BakedScene;
 use probelight_render::gpu::{GpuRenderer, GpuView, LitScene, Shading, ViewOptions};
 use probelight_render::{Image, PixelFilter, RenderOptions, RenderOutput, View, render};
 use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime};
-use probelight_runtime::{FrameInput, Runtime, Stage};
+use probelight_runtime::{FrameInput, ObjectId, Runtime, Stage};
 use probelight_scene::{Camera, Setup};
 
 use crate::backend::Backend;
 use crate::console::Console;
 use crate::input;
+use crate::movers::Movers;
 
 /// Reads a view by its name.
 pub(crate) fn view_parser() -> impl TypedValueParser<Value = GpuView> {
@@ -107,6 +108,20 @@ impl Studio {
                 Ok(Self::Gpu(Box::new(GpuStudio { gpu: *gpu, runtime, renderer })))
             }
         }
+    }
+
+    /// Puts objects into the scene; returns their handles.
+    pub(crate) fn enter(&mut self, movers: &Movers, console: &Console) -> anyhow::Result<Vec<ObjectId>> {
+        let (baked, objects) = match self {
+            Self::Cpu(runtime) => (Arc::clone(runtime.baked()), runtime.objects_mut()),
+            Self::Gpu(studio) => (Arc::clone(studio.runtime.baked()), studio.runtime.objects_mut()),
+        };
+        if !movers.is_empty() && !baked.has_grid() {
+            console.warn(
+                "the file was baked without a grid in free space (--grid): objects get no light but that of lamps",
+            );
+        }
+        movers.enter(objects)
     }
 
     /// Lets the setup's light bounce until nothing changes any more; returns the number of bounces.

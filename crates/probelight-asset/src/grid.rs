@@ -134,9 +134,13 @@ impl BakedParts {
 
     /// The walls in the cell between a place of the lattice and the next ones along each axis.
     pub fn grid_cell(&self, cell: UVec3) -> Option<&GridCell> {
+        Some(&self.grid_cells[self.grid_cell_number(cell)? as usize])
+    }
+
+    /// The index of a cell's walls in `grid_cells`.
+    pub fn grid_cell_number(&self, cell: UVec3) -> Option<u32> {
         let (block, bit) = self.grid.place(cell);
-        let number = self.grid_cell_blocks.get(block)?.number(bit)?;
-        Some(&self.grid_cells[number as usize])
+        self.grid_cell_blocks.get(block)?.number(bit)
     }
 
     /// The corners that light a world position by way of a cell, as [`GridCell::corners`] has them.

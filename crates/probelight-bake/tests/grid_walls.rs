@@ -7,7 +7,7 @@ use std::sync::Arc;
 use probelight_asset::{BakedScene, GridBasis, GridBasisKind, GridLobe, Method};
 use probelight_bake::{BakeOptions, bake};
 use probelight_math::glam::Vec3;
-use probelight_runtime::{FrameInput, IrradianceGrid, Runtime};
+use probelight_runtime::{FrameInput, GridPlaces, IrradianceGrid, Runtime};
 use probelight_scene::{Light, Lighting, Scene};
 use probelight_trace::Silent;
 
@@ -55,7 +55,10 @@ fn share_of(baked: &BakedScene, is_lit: impl Fn(Vec3) -> bool) -> impl Fn(Vec3, 
             }
         }
     }
-    move |position, normal| IrradianceGrid::new(baked, &values).irradiance(position, normal).unwrap().x
+    let places = GridPlaces::new(baked);
+    move |position, normal| {
+        IrradianceGrid::new(baked, &places, &values).irradiance(position, normal).unwrap().x
+    }
 }
 
 /// Places all over the room, some of them on surfaces or within a millimetre of them.

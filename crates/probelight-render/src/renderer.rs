@@ -4,6 +4,9 @@
 //! Radiance of a surface that the ray meets: L = Le + ρ/π · (E_direct + E_lightmap), where E_direct comes from
 //! point, spot and directional lights, and E_lightmap is all that the signals bring: light that
 //! was reflected at least once, the sky, and emissive surfaces. Normals are geometric, as in the reference.
+//!
+//! Objects that move have no lightmap: what the signals bring them is known in free space for any normal, so they are
+//! shaded by their vertices' normals.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -12,7 +15,9 @@ use probelight_math::sampling::{hash_pair, sobol_owen};
 use probelight_runtime::Runtime;
 use probelight_runtime::SurfaceColors;
 use probelight_scene::{Camera, Lighting, Scene};
-use probelight_trace::{Cancelled, Hit, Progress, Ray, Tracer, direct_irradiance};
+use probelight_trace::{
+    Cancelled, Hit, Progress, Ray, TracedObject, World, WorldHit, smooth_direct_irradiance,
+};
 use rayon::prelude::*;
 
 use crate::{Image, PixelFilter};
@@ -22,6 +27,12 @@ pub trait Surfaces: Sync {
     /// Irradiance (W/m²) of the lightmap at a hit, on the side that was hit; black where
     /// nothing is known.
     fn irradiance(&self, hit: &Hit) -> Vec3;
+
+    /// Irradiance (W/m²) in free space of a surface at a world position that faces along `normal` (unit); black where
+    /// nothing is known.
+    fn irradiance_in_air(&self, _position: Vec3, _normal: Vec3) -> Vec3 {
+        Vec3::ZERO
+    }
 
     /// Diffuse albedo at a hit, linear.
     fn albedo(&self, scene: &Scene, hit: &Hit) -> Vec3 {
@@ -41,6 +52,11 @@ impl Surfaces for Runtime {
             Some(position) => Runtime::irradiance(self).sample(position),
             None => Vec3::ZERO,
         }
+    }
+
+    fn irradiance_in_air(&self, position: Vec3, normal: Vec3) -> Vec3 {
+        // Of all that is seen, the boxes of objects made the last frame compute it.
+        self.grid().irradiance(position, normal).unwrap_or(Vec3::ZERO)
     }
 
     fn albedo(&self, scene: &Scene, hit: &Hit) -> Vec3 {
@@ -65,8 +81,8 @@ fn colors(runtime: &Runtime, scene: &Scene, hit: &Hit) -> Option<SurfaceColors> 
 /// A scene under light, ready to be looked at.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
-    /// Geometry and materials.
-    pub tracer: &'a Tracer,
+    /// Geometry and materials, and what moves.
+    pub world: World<'a>,
     /// Lights, sky and the strength of emissive surfaces.
     pub lighting: &'a Lighting,
     /// Colours and what else surfaces receive.
@@ -76,7 +92,7 @@ pub struct View<'a> {
 impl<'a> View<'a> {
     /// What the runtime's last frame looks like.
     pub fn of(runtime: &'a Runtime) -> Self {
-        Self { tracer: runtime.tracer(), lighting: runtime.lighting(), surfaces: runtime }
+        Self { world: runtime.world(), lighting: runtime.lighting(), surfaces: runtime }
     }
 }
 
@@ -154,35 +170,64 @@ impl View<'_> {
 
     /// What arrives at the start of one primary ray.
     fn arriving(&self, ray: &Ray, output: RenderOutput) -> Vec3 {
-        let Some(hit) = self.tracer.closest_hit(ray) else {
+        let Some(WorldHit { hit, object }) = self.world.closest_hit(ray) else {
             return match output {
                 RenderOutput::Full | RenderOutput::Direct => self.lighting.sky.radiance(ray.direction),
                 RenderOutput::Indirect | RenderOutput::Irradiance => Vec3::ZERO,
             };
         };
-        let direct = || {
-            direct_irradiance(
-                self.tracer,
-                &self.lighting.lights,
-                ray.origin + ray.direction * hit.distance,
-                hit.normal,
-            )
+        let position = ray.origin + ray.direction * hit.distance;
+        let surface = match object {
+            Some(object) => self.object_surface(object, &hit, position),
+            None => self.scene_surface(&hit),
         };
-        let indirect = || self.surfaces.irradiance(&hit);
-        let reflectance = || self.surfaces.albedo(self.tracer.scene(), &hit) * FRAC_1_PI;
+        let direct = || {
+            let Self { world, lighting, .. } = self;
+            smooth_direct_irradiance(world, &lighting.lights, position, hit.normal, surface.shading_normal)
+        };
+        let Surface { emission, irradiance, .. } = surface;
+        let reflectance = surface.albedo * FRAC_1_PI;
         match output {
-            RenderOutput::Full => self.emitted(&hit) + reflectance() * (direct() + indirect()),
-            RenderOutput::Direct => self.emitted(&hit) + reflectance() * direct(),
-            RenderOutput::Indirect => reflectance() * indirect(),
-            RenderOutput::Irradiance => indirect(),
+            RenderOutput::Full => emission + reflectance * (direct() + irradiance),
+            RenderOutput::Direct => emission + reflectance * direct(),
+            RenderOutput::Indirect => reflectance * irradiance,
+            RenderOutput::Irradiance => irradiance,
         }
     }
 
-    /// Radiance that the surface itself emits: front faces only.
-    fn emitted(&self, hit: &Hit) -> Vec3 {
-        if hit.is_back_face {
-            return Vec3::ZERO;
+    fn scene_surface(&self, hit: &Hit) -> Surface {
+        let scene = self.world.tracer.scene();
+        let emission = || self.surfaces.emission(scene, hit) * self.lighting.emissive_scale;
+        Surface {
+            shading_normal: hit.normal,
+            albedo: self.surfaces.albedo(scene, hit),
+            emission: if hit.is_back_face { Vec3::ZERO } else { emission() },
+            irradiance: self.surfaces.irradiance(hit),
         }
-        self.surfaces.emission(self.tracer.scene(), hit) * self.lighting.emissive_scale
     }
+
+    fn object_surface(&self, object: &TracedObject, hit: &Hit, position: Vec3) -> Surface {
+        let (model, triangle) = (object.tracer().scene(), hit.triangle as usize);
+        let front = object.placement().direction(model.shading_normal(triangle, hit.barycentric));
+        let shading_normal = if hit.is_back_face { -front } else { front };
+        let emission = || model.emission(triangle, hit.barycentric) * self.lighting.emissive_scale;
+        Surface {
+            shading_normal,
+            albedo: model.albedo(triangle, hit.barycentric),
+            emission: if hit.is_back_face { Vec3::ZERO } else { emission() },
+            irradiance: self.surfaces.irradiance_in_air(position, shading_normal),
+        }
+    }
+}
+
+/// What a primary ray met.
+struct Surface {
+    /// World space, unit.
+    shading_normal: Vec3,
+    /// Linear.
+    albedo: Vec3,
+    /// Radiance towards the eye, W·m⁻²·sr⁻¹.
+    emission: Vec3,
+    /// Of all light but that of the analytic lights, W/m².
+    irradiance: Vec3,
 }

@@ -82,7 +82,7 @@ fn furnace_with_its_analytic_irradiance_has_radiance_two_everywhere() {
     let tracer = Tracer::new(closed_box(Material { emission: Vec3::ONE, ..grey(0.5) }));
     let lighting = Lighting::default();
     let uniform = UniformIrradiance(Vec3::splat(2.0 * PI));
-    let view = View { tracer: &tracer, lighting: &lighting, surfaces: &uniform };
+    let view = View { world: (&tracer).into(), lighting: &lighting, surfaces: &uniform };
     let camera = camera(Vec3::ZERO, Vec3::new(1.0, 0.3, 0.2), Vec3::Y);
     assert!(all_close(&picture(view, &camera, RenderOutput::Full), Vec3::splat(2.0), 1e-5));
     assert!(all_close(&picture(view, &camera, RenderOutput::Direct), Vec3::ONE, 1e-5));
@@ -102,7 +102,7 @@ fn a_floor_under_a_point_light_follows_the_cosine_and_the_distance() {
         lights: vec![Light::Point { position: light, intensity: Vec3::new(10.0, 5.0, 1.0), range: None }],
         ..Lighting::default()
     };
-    let view = View { tracer: &tracer, lighting: &lighting, surfaces: &UNLIT };
+    let view = View { world: (&tracer).into(), lighting: &lighting, surfaces: &UNLIT };
     let camera = camera(Vec3::new(0.0, 3.0, 0.0), Vec3::ZERO, Vec3::Z);
     let options = RenderOptions { output: RenderOutput::Direct, samples: 64, filter: PixelFilter::Box };
     let image = render(view, &camera, &options, &Silent).unwrap();
@@ -126,7 +126,7 @@ fn a_roof_between_light_and_floor_makes_the_floor_black() {
     let tracer = Tracer::new(scene_of_quads(&[quad(0.0), quad(2.0)], grey(0.6)));
     let sun = Light::Directional { direction: -Vec3::Y, irradiance: Vec3::ONE };
     let lighting = Lighting { lights: vec![sun], ..Lighting::default() };
-    let view = View { tracer: &tracer, lighting: &lighting, surfaces: &UNLIT };
+    let view = View { world: (&tracer).into(), lighting: &lighting, surfaces: &UNLIT };
     let below = camera(Vec3::Y, Vec3::ZERO, Vec3::Z);
     let above = camera(Vec3::Y * 3.0, Vec3::ZERO, Vec3::Z);
     assert!(all_close(&picture(view, &below, RenderOutput::Full), Vec3::ZERO, 0.0));
@@ -142,7 +142,7 @@ fn the_camera_keeps_left_right_up_and_down() {
         Light::Point { position: Vec3::new(8.0, 2.0, -8.0), intensity: Vec3::splat(100.0), range: None };
     let sky = Sky::Uniform(Vec3::new(0.0, 0.0, 7.0));
     let lighting = Lighting { lights: vec![light], sky, ..Lighting::default() };
-    let view = View { tracer: &tracer, lighting: &lighting, surfaces: &UNLIT };
+    let view = View { world: (&tracer).into(), lighting: &lighting, surfaces: &UNLIT };
     let camera = camera(Vec3::Y, Vec3::new(0.0, 1.0, -1.0), Vec3::Y);
     let image = picture(view, &camera, RenderOutput::Full);
     assert!(image.pixels[..24 * 7].iter().all(|p| *p == Vec3::new(0.0, 0.0, 7.0)), "sky above");
@@ -154,7 +154,7 @@ fn the_camera_keeps_left_right_up_and_down() {
 fn emission_shows_on_front_faces_and_follows_its_scale() {
     let tracer = Tracer::new(floor(50.0, Material { emission: Vec3::splat(3.0), ..grey(0.5) }));
     let lighting = Lighting { emissive_scale: 2.0, ..Lighting::default() };
-    let view = View { tracer: &tracer, lighting: &lighting, surfaces: &UNLIT };
+    let view = View { world: (&tracer).into(), lighting: &lighting, surfaces: &UNLIT };
     let front = picture(view, &camera(Vec3::Y, Vec3::ZERO, Vec3::Z), RenderOutput::Full);
     let back = picture(view, &camera(-Vec3::Y, Vec3::ZERO, Vec3::Z), RenderOutput::Full);
     assert!(all_close(&front, Vec3::splat(6.0), 1e-5));
@@ -187,7 +187,7 @@ impl Progress for Counter {
 fn progress_is_complete_and_cancellation_is_heard() {
     let tracer = Tracer::new(floor(5.0, grey(0.5)));
     let lighting = Lighting::default();
-    let view = View { tracer: &tracer, lighting: &lighting, surfaces: &UNLIT };
+    let view = View { world: (&tracer).into(), lighting: &lighting, surfaces: &UNLIT };
     let camera = camera(Vec3::Y, Vec3::ZERO, Vec3::Z);
     let (patient, impatient) = (Counter::default(), Counter { stop: true, ..Counter::default() });
     render(view, &camera, &RenderOptions::default(), &patient).unwrap();

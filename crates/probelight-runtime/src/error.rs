@@ -24,6 +24,12 @@ pub enum RuntimeError {
     /// A light or sky that makes no sense.
     #[error(transparent)]
     Lighting(#[from] Unusable),
+    /// An object that cannot be where it was put.
+    #[error("an object cannot be placed so: {0}")]
+    Object(#[source] Unusable),
+    /// A handle of an object that is not in the scene any more, or is one of another scene.
+    #[error("there is no such object in the scene: it was removed, or belongs to another")]
+    UnknownObject,
     /// Settings that are no levels of detail.
     #[error("levels of detail: {reason}")]
     InvalidLod {

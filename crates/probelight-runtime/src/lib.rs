@@ -65,8 +65,10 @@ mod find_face;
 mod frame;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod grid_places;
 mod irradiance_grid;
 mod irradiance_lightmap;
+mod objects;
 #[cfg(feature = "cpu")]
 mod runtime;
 mod scene_state;
@@ -80,8 +82,10 @@ pub use frame::{
     Budget, ClusterExtent, FrameInput, FramePlan, LodLevel, LodSettings, PerStage, Planner, ProbeExtent,
     Stage, StageTimings, View, stage_bytes,
 };
+pub use grid_places::GridPlaces;
 pub use irradiance_grid::IrradianceGrid;
 pub use irradiance_lightmap::IrradianceLightmap;
+pub use objects::{ObjectId, Objects};
 #[cfg(feature = "cpu")]
 pub use runtime::Runtime;
 pub use surface_colors::SurfaceColors;

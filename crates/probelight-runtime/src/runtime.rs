@@ -5,17 +5,17 @@ use std::time::Instant;
 
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
-use probelight_scene::Lighting;
-use probelight_trace::Tracer;
+use probelight_scene::{Lighting, Object};
+use probelight_trace::{TracedObject, Tracer, World};
 
 use crate::convergence::relative_change;
 use crate::cpu::{ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, ScalarSignals};
 use crate::frame::{FramePlans, ReceiverPlace};
-use crate::irradiance_grid::{WeightedVertex, vertices_lighting};
+use crate::irradiance_grid::WeightedVertex;
 use crate::scene_state::SceneState;
 use crate::{
-    Convergence, FrameInput, FramePlan, IrradianceGrid, IrradianceLightmap, LodSettings, RuntimeError, Stage,
-    StageTimings, SurfaceColors,
+    Convergence, FrameInput, FramePlan, GridPlaces, IrradianceGrid, IrradianceLightmap, LodSettings, Objects,
+    RuntimeError, Stage, StageTimings, SurfaceColors,
 };
 
 /// Lights a baked scene, frame by frame. Feature `cpu`, on by default.
@@ -26,6 +26,9 @@ pub struct Runtime {
     baked: Arc<BakedScene>,
     tracer: Tracer,
     state: SceneState,
+    /// The objects of the last frame.
+    traced_objects: Vec<TracedObject>,
+    grid_places: GridPlaces,
     plans: FramePlans,
     signals: ScalarSignals,
     probes: ProbeRadiance,
@@ -42,6 +45,8 @@ impl Runtime {
         Self {
             tracer: Tracer::new(Arc::clone(&baked.scene)),
             state: SceneState::new(&baked),
+            traced_objects: Vec::new(),
+            grid_places: GridPlaces::new(&baked),
             plans: FramePlans::new(&baked),
             signals: ScalarSignals::new(&baked),
             probes: ProbeRadiance::new(&baked),
@@ -97,6 +102,21 @@ impl Runtime {
         self.state.set_emission(material, radiance)
     }
 
+    /// What moves through the scene.
+    pub fn objects(&self) -> &Objects {
+        &self.state.objects
+    }
+
+    /// What moves through the scene, to change it from the next frame on.
+    pub fn objects_mut(&mut self) -> &mut Objects {
+        &mut self.state.objects
+    }
+
+    /// The scene of the last frame with its objects, for rays.
+    pub fn world(&self) -> World<'_> {
+        World { tracer: &self.tracer, objects: &self.traced_objects }
+    }
+
     /// The levels of detail by which frames are planned.
     pub fn lod(&self) -> &LodSettings {
         self.plans.lod()
@@ -118,7 +138,7 @@ impl Runtime {
     /// Computes one frame, which adds one bounce to the lightmap.
     pub fn step(&mut self, input: &FrameInput) -> StageTimings {
         let start = Instant::now();
-        self.plans.plan_frame(&self.baked, input);
+        self.plans.plan_frame(&self.baked, input, self.state.objects.bounds());
         self.run_stages(start)
     }
 
@@ -149,11 +169,19 @@ impl Runtime {
         match stage {
             Stage::LightSurfels => {
                 let stale = self.state.take_stale();
-                let SceneState { lighting, colors, .. } = &self.state;
+                let moved = self.state.objects.take_stale();
+                let SceneState { lighting, colors, objects, .. } = &self.state;
+                if moved {
+                    trace_objects(&mut self.traced_objects, objects.as_slice());
+                }
                 if stale.direct {
                     signals.trace_direct(baked, &self.tracer, &lighting.lights);
                 }
-                if stale.direct || stale.shading {
+                if stale.direct || moved {
+                    let world = World { tracer: &self.tracer, objects: &self.traced_objects };
+                    signals.cast_object_shadows(baked, world, &lighting.lights);
+                }
+                if stale.direct || stale.shading || moved {
                     signals.shade(baked, lighting, colors);
                 }
                 if stale.sky {
@@ -219,13 +247,13 @@ impl Runtime {
                     ReceiverPlace::at(&self.baked.clusters, *row).is_computed(self.plans.plan().clusters())
                 })
         };
-        let vertices = vertices_lighting(&self.baked, position, normal);
+        let vertices = self.grid().vertices_lighting(position, normal);
         if vertices.iter().all(is_computed) { self.grid().between(&vertices, normal) } else { None }
     }
 
     /// The grid in free space with the light of the last frame, as far as that computed it.
     pub fn grid(&self) -> IrradianceGrid<'_> {
-        IrradianceGrid::new(&self.baked, self.receivers.values())
+        IrradianceGrid::new(&self.baked, &self.grid_places, self.receivers.values())
     }
 
     /// Scalar signals of the last frame.
@@ -251,5 +279,17 @@ impl Runtime {
     /// Irradiance of the receivers in the last frame, W/m²: in the order of `receiver_texels`, then the grid's.
     pub fn receiver_irradiance(&self) -> &[Vec3] {
         self.receivers.values()
+    }
+}
+
+/// Renews the objects for rays; models that were there already keep their BVH.
+fn trace_objects(traced: &mut Vec<TracedObject>, objects: &[Object]) {
+    let before = std::mem::take(traced);
+    for object in objects {
+        let model = object.model();
+        let known = before.iter().chain(traced.iter()).map(TracedObject::tracer);
+        let tracer = known.into_iter().find(|tracer| Arc::ptr_eq(tracer.scene(), model)).map(Arc::clone);
+        let tracer = tracer.unwrap_or_else(|| Arc::new(Tracer::new(Arc::clone(model))));
+        traced.push(TracedObject::new(object, tracer));
     }
 }

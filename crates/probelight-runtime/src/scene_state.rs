@@ -4,13 +4,14 @@ use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 use probelight_scene::Lighting;
 
-use crate::{RuntimeError, SurfaceColors};
+use crate::{Objects, RuntimeError, SurfaceColors};
 
-/// Present lighting and colours.
+/// Present lighting, colours and objects.
 #[derive(Clone, Debug)]
 pub(crate) struct SceneState {
     pub(crate) lighting: Lighting,
     pub(crate) colors: Vec<SurfaceColors>,
+    pub(crate) objects: Objects,
     pub(crate) stale: Stale,
 }
 
@@ -35,6 +36,7 @@ impl SceneState {
         Self {
             lighting: Lighting { lights: baked.scene.lights.clone(), ..Lighting::default() },
             colors: SurfaceColors::of(&baked.scene),
+            objects: Objects::default(),
             stale: Stale { direct: true, shading: true, sky: true },
         }
     }

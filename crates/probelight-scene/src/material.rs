@@ -69,6 +69,17 @@ impl Material {
             self.emissive_texture,
         ]
     }
+
+    /// The same, to change them.
+    pub(crate) fn texture_slots_mut(&mut self) -> [Option<&mut TextureSlot>; 5] {
+        [
+            self.base_color_texture.as_mut(),
+            self.metallic_roughness_texture.as_mut(),
+            self.normal_texture.as_mut(),
+            self.occlusion_texture.as_mut(),
+            self.emissive_texture.as_mut(),
+        ]
+    }
 }
 
 impl Default for Material {

@@ -100,6 +100,13 @@ impl Scene {
         (b - a).cross(c - a).normalize_or(Vec3::Y)
     }
 
+    /// Unit normal inside a triangle between those of its corners, at barycentric weights of its second and third corner.
+    pub fn shading_normal(&self, triangle: usize, barycentric: Vec2) -> Vec3 {
+        let [a, b, c] = self.triangles[triangle].map(|v| self.normals[v as usize]);
+        let between = a + (b - a) * barycentric.x + (c - a) * barycentric.y;
+        between.normalize_or(self.geometric_normal(triangle))
+    }
+
     /// Area of a triangle, m².
     pub fn area(&self, triangle: usize) -> f32 {
         let [a, b, c] = self.corners(triangle);

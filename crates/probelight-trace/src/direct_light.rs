@@ -3,25 +3,37 @@
 use probelight_math::glam::Vec3;
 use probelight_scene::{Illumination, Light};
 
-use crate::{Ray, Tracer};
+use crate::{Occluder, Ray};
 
 /// Irradiance (W/m²) that `lights` send straight to the surface at `position` on the side of its unit
 /// `normal`: every light in full, minus what a shadow ray finds to be hidden.
 ///
-/// `position` lies on the surface; the shadow rays leave it by [`Tracer::offset`] themselves.
+/// `position` lies on the surface; the shadow rays leave it by [`Occluder::offset`] themselves.
 #[inline]
-pub fn direct_irradiance(tracer: &Tracer, lights: &[Light], position: Vec3, normal: Vec3) -> Vec3 {
-    lights.iter().map(|light| unshadowed_or_black(tracer, light, position, normal)).sum()
+pub fn direct_irradiance(occluder: &impl Occluder, lights: &[Light], position: Vec3, normal: Vec3) -> Vec3 {
+    smooth_direct_irradiance(occluder, lights, position, normal, normal)
 }
 
+/// [`direct_irradiance`] of a surface that is shaded as if it faced along `shading_normal` (unit): of lights in front of
+/// both.
 #[inline]
-fn unshadowed_or_black(tracer: &Tracer, light: &Light, position: Vec3, normal: Vec3) -> Vec3 {
-    let Some(arriving) = light.illuminate(position) else { return Vec3::ZERO };
-    let cosine = normal.dot(arriving.to_light);
-    if cosine <= 0.0 || tracer.is_occluded(&shadow_ray(position, normal, &arriving, tracer.offset())) {
-        return Vec3::ZERO;
-    }
-    arriving.irradiance * cosine
+pub fn smooth_direct_irradiance(
+    occluder: &impl Occluder,
+    lights: &[Light],
+    position: Vec3,
+    normal: Vec3,
+    shading_normal: Vec3,
+) -> Vec3 {
+    let from = |light: &Light| {
+        let Some(arriving) = light.illuminate(position) else { return Vec3::ZERO };
+        let cosine = shading_normal.dot(arriving.to_light);
+        let is_in_front = cosine > 0.0 && normal.dot(arriving.to_light) > 0.0;
+        if !is_in_front || occluder.is_occluded(&shadow_ray(position, normal, &arriving, occluder.offset())) {
+            return Vec3::ZERO;
+        }
+        arriving.irradiance * cosine
+    };
+    lights.iter().map(from).sum()
 }
 
 /// The segment that must be free for `arriving` light to reach a surface: from `position`, moved off the

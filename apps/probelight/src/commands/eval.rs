@@ -12,7 +12,7 @@ use probelight_eval::{
 };
 use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::{GpuOptions, GpuRuntime};
-use probelight_runtime::{FrameInput, IrradianceGrid, IrradianceLightmap, Runtime};
+use probelight_runtime::{FrameInput, GridPlaces, IrradianceGrid, IrradianceLightmap, Runtime};
 use probelight_scene::Setup;
 use probelight_trace::Tracer;
 use rayon::prelude::*;
@@ -165,7 +165,8 @@ fn lit_scene(
 /// Irradiance of every row on a surface with light of its own, or in free space where there is a grid.
 fn predict(light: &LitScene, baked: &BakedScene, reference: &ReferencePoints) -> Vec<Option<Vec3>> {
     let tracer = Tracer::new(Arc::clone(&baked.scene));
-    let grid = IrradianceGrid::new(baked, &light.receivers);
+    let places = GridPlaces::new(baked);
+    let grid = IrradianceGrid::new(baked, &places, &light.receivers);
     let irradiance = |point: &ReferencePoint| {
         let (position, normal) = (point.position, point.normal);
         match point.kind {

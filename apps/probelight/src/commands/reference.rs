@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use crate::commands::render::finite;
 use crate::console::{self, Console};
+use crate::movers::{Movers, ObjectFlags};
 use crate::output::PictureFormat;
 use crate::points::PointsTable;
 use crate::sample_points::sample_points;
@@ -58,6 +59,8 @@ pub(crate) struct Flags {
     /// Size of the picture, instead of the camera's
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = input::parse_size)]
     size: Option<(u32, u32)>,
+    #[command(flatten)]
+    objects: ObjectFlags,
     /// Seed of all random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
@@ -115,6 +118,8 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
             exposure: flags.exposure.map_or(Exposure::Automatic, Exposure::Ev),
         },
     };
+    let objects = Movers::load(&setup, flags.setup.as_deref(), &flags.objects.objects, console)?.at(0.0)?;
+    let scene = if objects.is_empty() { scene } else { Arc::new(scene.with_objects(&objects)) };
     let path_tracer = PathTracer::new(Arc::new(Tracer::new(scene)), setup.lighting);
     let start = Instant::now();
     let (count, samples) = subject.trace(&path_tracer, &flags, console)?;

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::backend::BackendFlags;
 use crate::console::{self, Console};
+use crate::movers::{Movers, ObjectFlags};
 use crate::output::PictureFormat;
 use crate::studio::{PictureOptions, ShadingFlag, Studio, view_parser};
 use crate::{input, interrupt, output};
@@ -22,6 +23,7 @@ Examples:
   probelight render room.glb -o try.png            bakes in memory with quick settings first
   probelight render room.plight --backend gpu --shading physical -o glossy.png
   probelight render room.plight --view probes -o probes.png
+  probelight render room.plight --object chair.glb@1,0,2.5 --object ball.glb@0,1,0,0.5 -o moved.png
 
 A .png is exposed and tone mapped for the screen; an .exr holds linear radiance (W/m²/sr), or
 irradiance (W/m²) with `--view irradiance`. Without a GPU the CPU makes the same pictures but for
@@ -40,6 +42,8 @@ pub(crate) struct Flags {
     /// Lights, sky and cameras [default: those of the glTF file]
     #[arg(long, value_name = "S.json")]
     setup: Option<PathBuf>,
+    #[command(flatten)]
+    objects: ObjectFlags,
     /// Name of the camera [default: the first]
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
@@ -139,8 +143,10 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     let baked = input::load_or_bake(&flags.file, console)?;
     let setup = input::load_setup(flags.setup.as_deref(), &baked.scene)?;
     let camera = input::choose_camera(&setup, flags.camera.as_deref(), flags.size)?;
+    let movers = Movers::load(&setup, flags.setup.as_deref(), &flags.objects.objects, console)?;
     let start = Instant::now();
     let mut studio = Studio::new(backend, baked)?;
+    studio.enter(&movers, console)?;
     let bounces = studio.light(&setup, console)?;
     let light_seconds = start.elapsed().as_secs_f64();
     interrupt::check()?;

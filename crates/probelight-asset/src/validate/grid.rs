@@ -1,6 +1,6 @@
 //! The grid: as many blocks as its size says, vertices one after the other, rows held by receivers of its own.
 
-use probelight_math::glam::Vec3;
+use probelight_math::glam::{UVec3, Vec3};
 
 use crate::{BakedParts, GridBlock, NONE};
 
@@ -21,6 +21,10 @@ impl BakedParts {
             grid.counts.z
         );
         let vertices = self.grid_vertices.len();
+        ensure!(
+            vertices == 0 || grid.counts.cmpge(UVec3::splat(2)).all() && grid.spacing.min_element() > 0.0,
+            "a grid without cells between its vertices"
+        );
         check_blocks(&self.grid_blocks, vertices, "vertices")?;
         let rows = self.settings.grid_basis.rows();
         ensure!(

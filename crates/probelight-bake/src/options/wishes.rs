@@ -36,6 +36,12 @@ const SMALLEST_SPACING: f32 = 0.25;
 /// Edge of the voxels in which places for probes are looked for, as a share of the smallest probe spacing.
 const VOXEL_PER_SPACING: f32 = 0.5;
 
+/// Vertices of the grid over the scene's bounds unless asked otherwise: as many as there are receivers, over
+/// `RECEIVERS_PER_VERTEX`, so that the grid takes about a tenth of the file; but not so few that small scenes' lamps fall
+/// between them.
+const RECEIVERS_PER_VERTEX: f64 = 20.0;
+const FEWEST_VERTICES: f64 = 6_000.0;
+
 /// Smallest extent of the space that the grid's default spacing is chosen for, as a share of the largest.
 const FLATTEST: f64 = 0.05;
 
@@ -250,7 +256,7 @@ impl BakeOptions {
             smallest_spacing,
             error,
             seed: self.seed.unwrap_or(0),
-            grid_spacing: self.grid_spacing(tracer)?,
+            grid_spacing: self.grid_spacing(tracer, receivers)?,
             grid_basis: self.grid_basis.unwrap_or_default(),
             method,
             metric: self.metric.unwrap_or(plan.metric),
@@ -307,15 +313,16 @@ impl BakeOptions {
     }
 
     /// Distance between the grid's vertices; none without a grid.
-    fn grid_spacing(&self, tracer: &Tracer) -> Result<Option<f32>, BakeError> {
+    fn grid_spacing(&self, tracer: &Tracer, receivers: f64) -> Result<Option<f32>, BakeError> {
         let size = tracer.scene().bounds().size().as_dvec3();
         // Flat scenes have room above them.
         let size = size.max(DVec3::splat(FLATTEST * size.max_element()));
         let spacing_of = |vertices: f64| (size.element_product() / vertices).cbrt() as f32;
         Ok(match (positive("the grid's spacing", self.grid_spacing)?, self.grid_vertices) {
             (Some(spacing), _) => Some(spacing),
-            (None, None | Some(0)) => None,
+            (None, Some(0)) => None,
             (None, Some(vertices)) => Some(spacing_of(f64::from(vertices))),
+            (None, None) => Some(spacing_of((receivers / RECEIVERS_PER_VERTEX).max(FEWEST_VERTICES))),
         })
     }
 

@@ -26,6 +26,7 @@ pub(crate) fn quick(method: Method) -> BakeOptions {
         gather_rays: Some(64),
         relight_rays: Some(64),
         sh_degree: Some(4),
+        grid_vertices: Some(0),
         ..BakeOptions::default()
     }
 }

@@ -4,7 +4,7 @@
 //! faces, and the light that the sample's side reflects. `E_lightmap` is last frame's lightmap, which holds
 //! everything that arrives by way of the signals. Where emitters have signals of their own, surfels leave Le out.
 //!
-//! What changes rarely is kept: shadow rays are only traced when a light changed, the terms without feedback
+//! What changes rarely is kept: shadow rays are only traced when a light changed or an object moved, the terms without feedback
 //! are only evaluated when a light or a material changed. Every frame then is one multiplication per sample.
 //! Feedback is clamped at zero, because truncated matrices can yield slightly negative irradiance and no
 //! surface reflects that.
@@ -16,7 +16,7 @@ use probelight_asset::{BakedScene, LightSample, Surfel};
 use probelight_math::color::linear_from_srgb;
 use probelight_math::glam::Vec3;
 use probelight_scene::{Light, Lighting, Sky};
-use probelight_trace::{Tracer, direct_irradiance};
+use probelight_trace::{Tracer, World, direct_irradiance, shadow_ray};
 use rayon::prelude::*;
 
 use crate::IrradianceLightmap;
@@ -32,7 +32,9 @@ const SURFELS_PER_TASK: usize = 512;
 /// All scalar signals, and the parts of them that outlast a frame.
 #[derive(Clone, Debug)]
 pub struct ScalarSignals {
-    /// Irradiance of the analytic lights at each sample, W/m².
+    /// Irradiance of the analytic lights at each sample, W/m², as if nothing moved through the scene.
+    unshadowed: Vec<Vec3>,
+    /// The same in the shadows of objects.
     direct: Vec<Vec3>,
     /// Radiance of each sample without feedback: emission and reflected direct light.
     unbounced: Vec<Vec3>,
@@ -63,6 +65,7 @@ impl ScalarSignals {
         let dark = vec![Vec3::ZERO; baked.light_samples.len()];
         let feedback = |sample: &LightSample| Feedback { texel: sample.texel, ..Feedback::default() };
         Self {
+            unshadowed: dark.clone(),
             direct: dark.clone(),
             unbounced: dark,
             feedback: baked.light_samples.iter().map(feedback).collect(),
@@ -79,15 +82,50 @@ impl ScalarSignals {
         &self.values
     }
 
-    /// Traces shadow rays: direct irradiance of all samples. Needed when a light changed.
+    /// Traces shadow rays against what stands still. Needed when a light changed, before
+    /// [`cast_object_shadows`](Self::cast_object_shadows).
     pub fn trace_direct(&mut self, baked: &BakedScene, tracer: &Tracer, lights: &[Light]) {
-        self.direct
+        self.unshadowed
             .par_chunks_mut(SAMPLES_PER_TASK)
             .zip(baked.light_samples.par_chunks(SAMPLES_PER_TASK))
             .for_each(|(direct, samples)| {
                 for (direct, sample) in direct.iter_mut().zip(samples) {
                     let normal = tracer.side_normal(sample.triangle, sample.is_back_face());
                     *direct = direct_irradiance(tracer, lights, sample.position, normal);
+                }
+            });
+    }
+
+    /// Traces shadow rays against objects: direct irradiance of all samples. Needed when a light changed or an object moved.
+    pub fn cast_object_shadows(&mut self, baked: &BakedScene, world: World<'_>, lights: &[Light]) {
+        self.direct.copy_from_slice(&self.unshadowed);
+        if world.objects.is_empty() {
+            return;
+        }
+        self.direct
+            .par_chunks_mut(SAMPLES_PER_TASK)
+            .zip(baked.light_samples.par_chunks(SAMPLES_PER_TASK))
+            .for_each(|(direct, samples)| {
+                for (direct, sample) in
+                    direct.iter_mut().zip(samples).filter(|(direct, _)| **direct != Vec3::ZERO)
+                {
+                    let normal = world.tracer.side_normal(sample.triangle, sample.is_back_face());
+                    let is_hidden = |light: &Light| {
+                        let arriving =
+                            light.illuminate(sample.position).filter(|it| it.to_light.dot(normal) > 0.0);
+                        arriving.is_some_and(|arriving| {
+                            let offset = world.tracer.offset();
+                            world.is_object_in_the_way(&shadow_ray(
+                                sample.position,
+                                normal,
+                                &arriving,
+                                offset,
+                            ))
+                        })
+                    };
+                    if lights.iter().any(is_hidden) {
+                        *direct = direct_irradiance(&world, lights, sample.position, normal);
+                    }
                 }
             });
     }

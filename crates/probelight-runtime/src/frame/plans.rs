@@ -1,6 +1,7 @@
 //! The plan of a runtime's next frame, and what it is made by.
 
 use probelight_asset::BakedScene;
+use probelight_scene::Bounds;
 
 use super::input::FrameInput;
 use super::lod::LodSettings;
@@ -14,12 +15,14 @@ pub(crate) struct FramePlans {
     planner: Planner,
     lod: LodSettings,
     plan: FramePlan,
+    /// All boxes around what moves.
+    active_boxes: Vec<Bounds>,
 }
 
 impl FramePlans {
     pub(crate) fn new(baked: &BakedScene) -> Self {
         let (planner, plan) = (Planner::new(baked), FramePlan::full(baked));
-        Self { planner, lod: LodSettings::default(), plan }
+        Self { planner, lod: LodSettings::default(), plan, active_boxes: Vec::new() }
     }
 
     pub(crate) fn lod(&self) -> &LodSettings {
@@ -36,9 +39,12 @@ impl FramePlans {
         &self.plan
     }
 
-    /// Plans the next frame. Allocates nothing.
-    pub(crate) fn plan_frame(&mut self, baked: &BakedScene, input: &FrameInput) {
-        self.planner.plan(baked, &self.lod, input, &mut self.plan);
+    /// Plans the next frame, with boxes around the scene's own objects. Allocates nothing, unless there are more than ever.
+    pub(crate) fn plan_frame(&mut self, baked: &BakedScene, input: &FrameInput, objects: &[Bounds]) {
+        self.active_boxes.clear();
+        self.active_boxes.extend(input.active_boxes.iter().chain(objects));
+        let input = FrameInput { active_boxes: &self.active_boxes, ..*input };
+        self.planner.plan(baked, &self.lod, &input, &mut self.plan);
     }
 
     /// Takes another's plan for the next frame.

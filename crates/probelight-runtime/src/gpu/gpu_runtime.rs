@@ -8,8 +8,6 @@ use probelight_scene::Lighting;
 
 use super::blend_borders::BlendBorders;
 use super::cluster_shards::{ClusterShard, cluster_shards};
-#[cfg(feature = "blocking")]
-use super::device::wait_for;
 use super::device::{GpuError, checked, checked_async, new_encoder};
 use super::dilate_lightmap::DilateLightmap;
 use super::frame_buffers::FrameBuffers;
@@ -22,10 +20,9 @@ use super::scene_geometry::SceneGeometry;
 use super::shadow_maps::{ShadowMapOptions, ShadowMaps};
 use super::storage::Storage;
 use super::timestamps::FrameTimestamps;
-use crate::convergence::relative_change;
 use crate::frame::FramePlans;
 use crate::scene_state::SceneState;
-use crate::{Convergence, FrameInput, FramePlan, LodSettings, RuntimeError, Stage, SurfaceColors};
+use crate::{FrameInput, FramePlan, LodSettings, Objects, RuntimeError, Stage, SurfaceColors};
 
 /// How a [`GpuRuntime`] uses the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -217,6 +214,16 @@ impl GpuRuntime {
         Ok(self.state.set_emission(material, radiance)?)
     }
 
+    /// What moves through the scene.
+    pub fn objects(&self) -> &Objects {
+        &self.state.objects
+    }
+
+    /// What moves through the scene, to change it from the next frame on.
+    pub fn objects_mut(&mut self) -> &mut Objects {
+        &mut self.state.objects
+    }
+
     /// The levels of detail by which frames are planned.
     pub fn lod(&self) -> &LodSettings {
         self.plans.lod()
@@ -237,7 +244,7 @@ impl GpuRuntime {
 
     /// Plans the stages that are encoded from now on.
     pub fn plan_frame(&mut self, input: &FrameInput) {
-        self.plans.plan_frame(&self.baked, input);
+        self.plans.plan_frame(&self.baked, input, self.state.objects.bounds());
         self.buffers.extents.upload(&self.queue, self.plans.plan());
     }
 
@@ -357,38 +364,6 @@ impl GpuRuntime {
         let mut encoder = new_encoder(&self.device);
         encoder.clear_buffer(&self.buffers.irradiance, 0, None);
         self.queue.submit([encoder.finish()]);
-    }
-
-    /// Computes frames without a view until the relative change of the receivers' irradiance is at most `tolerance`, at
-    /// most `max_steps`. It waits for the irradiance of each frame: for still pictures, not for real time.
-    ///
-    /// # Errors
-    /// [`GpuError::Lost`] if the GPU does not answer.
-    #[cfg(feature = "blocking")]
-    pub fn converge(&mut self, tolerance: f64, max_steps: usize) -> Result<Convergence, GpuError> {
-        wait_for(&self.device.clone(), self.converge_async(tolerance, max_steps))
-    }
-
-    /// Computes frames without a view until the relative change of the receivers' irradiance is at most `tolerance`, at
-    /// most `max_steps`. It reads the irradiance of each frame: for still pictures, not for real time.
-    ///
-    /// # Errors
-    /// [`GpuError::Lost`] if the GPU does not answer.
-    pub async fn converge_async(
-        &mut self,
-        tolerance: f64,
-        max_steps: usize,
-    ) -> Result<Convergence, GpuError> {
-        let mut previous = self.read_irradiance_async().await?;
-        let mut convergence = Convergence { steps: 0, change: f64::INFINITY };
-        while convergence.steps < max_steps && convergence.change > tolerance {
-            self.step(&FrameInput::default());
-            let now = self.read_irradiance_async().await?;
-            convergence.steps += 1;
-            convergence.change = relative_change(&previous, &now);
-            previous = now;
-        }
-        Ok(convergence)
     }
 }
 

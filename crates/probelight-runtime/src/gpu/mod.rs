@@ -37,6 +37,7 @@ pub mod benchmark;
 mod blend_borders;
 mod cast_shadows;
 mod cluster_shards;
+mod converge;
 pub mod device;
 mod dilate_lightmap;
 mod exchange;

@@ -44,6 +44,7 @@ impl Setup {
             lighting: Lighting { lights: scene.lights.clone(), sky, ..Lighting::default() },
             cameras,
             eval_bounds: None,
+            objects: Vec::new(),
         }
     }
 }

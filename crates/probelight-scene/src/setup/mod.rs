@@ -2,9 +2,12 @@
 
 mod fields;
 mod framing;
+mod objects;
 mod parse;
 
 use std::path::Path;
+
+pub use objects::{Keyframe, ObjectPath};
 
 use crate::{Bounds, Camera, Lighting, SceneError};
 
@@ -21,6 +24,8 @@ pub struct Setup {
     pub cameras: Vec<Camera>,
     /// The region in which reference points were sampled, if not the whole scene.
     pub eval_bounds: Option<Bounds>,
+    /// What moves through the scene.
+    pub objects: Vec<ObjectPath>,
 }
 
 impl Setup {
@@ -48,13 +53,17 @@ impl Setup {
     ///   "cameras": [
     ///     {"name": "front", "position": [0, 1, 5], "target": [0, 1, 0], "up": [0, 1, 0],
     ///      "vfov_deg": 40, "width": 640, "height": 480} ],
-    ///   "eval_bounds": [[-1, 0, -1], [1, 2, 1]] }
+    ///   "eval_bounds": [[-1, 0, -1], [1, 2, 1]],
+    ///   "objects": [
+    ///     {"file": "chair.glb", "position": [1, 0, 0], "yaw_deg": 90, "scale": 1.0},
+    ///     {"file": "ball.glb", "path": [{"time": 0, "position": [0, 1, 0]}, {"time": 2, "position": [0, 1, 3]}]} ] }
     /// ```
     ///
     /// Intensities are in W/sr, irradiance in W/m², radiance in W·m⁻²·sr⁻¹; spot angles are half angles.
     /// A directional light's `direction` is the way its light travels. Instead of `radiance` a sky may have
     /// `zenith`, `horizon` and `ground`. Point and spot lights may have a `range` in metres, where their light ends as
-    /// `KHR_lights_punctual` defines it. `range`, `emissive_scale` and `eval_bounds` may be left out.
+    /// `KHR_lights_punctual` defines it. `range`, `emissive_scale`, `eval_bounds` and
+    /// `objects` may be left out. Files of objects are looked for beside the setup; times are seconds, a yaw turns about +Y.
     ///
     /// # Errors
     /// [`SceneError::Setup`], with the path of the field and what is allowed there, if it breaks these rules.

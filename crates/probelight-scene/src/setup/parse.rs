@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use super::Setup;
 use super::fields::{Field, Object};
+use super::objects::objects;
 use crate::{Bounds, Camera, Light, Lighting, Sky};
 
 /// Reads a setup from its JSON text.
@@ -20,6 +21,7 @@ pub(super) fn parse(text: &str) -> Result<Setup, String> {
         "lights",
         "cameras",
         "eval_bounds",
+        "objects",
     ])?;
     let version = root.required("version")?;
     if version.number()? != 1.0 {
@@ -31,6 +33,7 @@ pub(super) fn parse(text: &str) -> Result<Setup, String> {
         lighting: lighting(&root)?,
         cameras: cameras(&root.required("cameras")?)?,
         eval_bounds: root.optional("eval_bounds").map(|field| bounds(&field)).transpose()?,
+        objects: root.optional("objects").map(|field| objects(&field)).transpose()?.unwrap_or_default(),
     })
 }
 

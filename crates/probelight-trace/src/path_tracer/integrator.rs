@@ -100,7 +100,7 @@ impl PathTracer {
     /// Irradiance from the analytic lights, exact.
     #[inline]
     pub(super) fn delta_irradiance(&self, surface: Surface) -> Vec3 {
-        direct_irradiance(&self.tracer, &self.lighting.lights, surface.position, surface.normal)
+        direct_irradiance(&*self.tracer, &self.lighting.lights, surface.position, surface.normal)
     }
 
     /// Emission of the met surface, weighted against finding it by sampling emitters.

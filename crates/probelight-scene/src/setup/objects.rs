@@ -1,0 +1,83 @@
+//! Objects of a setup and their ways.
+
+use std::path::PathBuf;
+
+use probelight_math::glam::Quat;
+
+use super::fields::{Field, Object};
+use crate::Placement;
+
+/// A glTF file that moves through the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectPath {
+    /// The file, relative to the folder of the setup.
+    pub file: PathBuf,
+    /// Where it is when, at least one, in the order of time.
+    pub keyframes: Vec<Keyframe>,
+}
+
+/// Where an object is at some time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Keyframe {
+    /// Seconds from the beginning.
+    pub time: f32,
+    /// Where it is then.
+    pub placement: Placement,
+}
+
+impl ObjectPath {
+    /// Where the object is: on a straight line between two keyframes, before the first and after the last still.
+    pub fn placement(&self, time: f32) -> Placement {
+        let next = self.keyframes.partition_point(|key| key.time <= time);
+        match (next.checked_sub(1).and_then(|last| self.keyframes.get(last)), self.keyframes.get(next)) {
+            (Some(from), Some(to)) => {
+                from.placement.towards(&to.placement, (time - from.time) / (to.time - from.time))
+            }
+            (Some(key), None) | (None, Some(key)) => key.placement,
+            (None, None) => Placement::default(),
+        }
+    }
+}
+
+/// Reads the objects of a setup.
+pub(super) fn objects(field: &Field<'_>) -> Result<Vec<ObjectPath>, String> {
+    field.array()?.iter().map(object_path).collect()
+}
+
+fn object_path(field: &Field<'_>) -> Result<ObjectPath, String> {
+    let members = field.object()?;
+    let file = members.required("file")?.text()?.into();
+    let Some(path) = members.optional("path") else {
+        members.allow_only(&["file", "path", "position", "yaw_deg", "scale"])?;
+        return Ok(ObjectPath {
+            file,
+            keyframes: vec![Keyframe { time: 0.0, placement: placement(field, &members)? }],
+        });
+    };
+    members.allow_only(&["file", "path"])?;
+    let mut keyframes: Vec<Keyframe> = Vec::new();
+    for field in path.array()? {
+        let key = field.object()?;
+        key.allow_only(&["time", "position", "yaw_deg", "scale"])?;
+        let time = key.required("time")?.number()?;
+        if keyframes.last().is_some_and(|last| last.time >= time) {
+            return Err(field.error("times must grow from one keyframe to the next"));
+        }
+        keyframes.push(Keyframe { time, placement: placement(&field, &key)? });
+    }
+    if keyframes.is_empty() {
+        return Err(path.error("a path needs at least one keyframe"));
+    }
+    Ok(ObjectPath { file, keyframes })
+}
+
+fn placement(field: &Field<'_>, members: &Object<'_>) -> Result<Placement, String> {
+    let or = |name, default| members.optional(name).map_or(Ok(default), |field| field.number());
+    let placement = Placement {
+        translation: members.required("position")?.vector()?,
+        rotation: Quat::from_rotation_y(or("yaw_deg", 0.0)?.to_radians()),
+        scale: or("scale", 1.0)?,
+    };
+    placement.validate().map_err(|unusable| field.error(unusable))?;
+    Ok(placement)
+}
