@@ -103,8 +103,9 @@ impl Studio {
             Backend::Gpu(gpu) => {
                 let GpuDevice { device, queue, .. } = &*gpu;
                 let runtime = GpuRuntime::new(device, queue, Arc::clone(&baked), GpuOptions::default())?;
-                let (geometry, shadow_maps) = (runtime.geometry(), runtime.shadow_maps());
-                let renderer = GpuRenderer::new(device, queue, baked, geometry, shadow_maps)?;
+                let (geometry, shadow_maps, grid) =
+                    (runtime.geometry(), runtime.shadow_maps(), runtime.grid());
+                let renderer = GpuRenderer::new(device, queue, baked, geometry, shadow_maps, grid)?;
                 Ok(Self::Gpu(Box::new(GpuStudio { gpu: *gpu, runtime, renderer })))
             }
         }

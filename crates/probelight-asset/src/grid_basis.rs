@@ -112,7 +112,7 @@ impl GridBasis {
     }
 
     /// Unit directions of the rows, without those of spherical harmonics.
-    fn axes(self) -> impl Iterator<Item = Vec3> {
+    pub fn axes(self) -> impl Iterator<Item = Vec3> {
         const AXES: [[i8; 3]; 6] = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
         let corners = (0..8u8).map(|i| [0, 1, 2].map(|axis| 2 * (i >> axis & 1) as i8 - 1));
         let edges = (0..12u8).map(|i| {

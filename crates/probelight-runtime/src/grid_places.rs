@@ -9,9 +9,9 @@ use probelight_math::glam::{IVec3, UVec3, Vec3};
 #[repr(C)]
 pub(crate) struct GridPlace {
     /// The vertex there, or the nearest one with [`BORROWED`] set.
-    vertex: u32,
+    pub(crate) vertex: u32,
     /// The walls in the cell from here to the next places, an index into `grid_cells`; [`NONE`] without any.
-    cell: u32,
+    pub(crate) cell: u32,
 }
 
 /// Set in the number of a vertex that is another place's.

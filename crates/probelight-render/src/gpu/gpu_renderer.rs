@@ -5,12 +5,13 @@ use std::sync::Arc;
 use probelight_asset::BakedScene;
 use probelight_runtime::SurfaceColors;
 use probelight_runtime::gpu::device::checked;
-use probelight_runtime::gpu::{GpuError, GpuRuntime, SceneGeometry, ShadowMaps};
+use probelight_runtime::gpu::{GpuError, GpuRuntime, GridTables, MovingGeometry, SceneGeometry, ShadowMaps};
 use probelight_scene::{AlphaMode, Camera, Lighting};
 
 use super::frame_record::FrameRecord;
 use super::markers::Markers;
 use super::materials::Materials;
+use super::moving_surfaces::MovingSurfaces;
 use super::picture_target::{PictureTarget, SAMPLES};
 use super::pipelines::{Pipelines, bind, frame_layout};
 use super::surface_attributes;
@@ -24,6 +25,10 @@ pub struct LitScene<'a> {
     pub geometry: &'a SceneGeometry,
     /// The analytic lights and their shadow maps.
     pub shadow_maps: &'a ShadowMaps,
+    /// What moves through the scene.
+    pub moving: &'a MovingGeometry,
+    /// Light in free space.
+    pub grid: &'a GridTables,
     /// Irradiance per lightmap texel, W/m²; filterable.
     pub lightmap: wgpu::TextureView,
     /// Three `f32` for each signal, W·m⁻²·sr⁻¹: the scalar signals in the order of
@@ -43,6 +48,8 @@ impl<'a> LitScene<'a> {
         Self {
             geometry: runtime.geometry(),
             shadow_maps: runtime.shadow_maps(),
+            moving: runtime.moving(),
+            grid: runtime.grid(),
             lightmap: buffers.lightmap.create_view(&wgpu::TextureViewDescriptor::default()),
             signals: &buffers.signals,
             lighting: runtime.lighting(),
@@ -60,6 +67,7 @@ pub struct GpuRenderer {
     attributes: wgpu::Buffer,
     lightmap_faces: wgpu::Buffer,
     materials: Materials,
+    moving: MovingSurfaces,
     frame: wgpu::Buffer,
     frame_layout: wgpu::BindGroupLayout,
     lightmap_sampler: wgpu::Sampler,
@@ -80,13 +88,15 @@ impl GpuRenderer {
         baked: Arc<BakedScene>,
         geometry: &SceneGeometry,
         shadow_maps: &ShadowMaps,
+        grid: &GridTables,
     ) -> Result<Self, GpuError> {
         checked(device, "the scene's surfaces", || {
             let materials = Materials::new(device, queue, &baked.scene);
             let frame_layout = frame_layout(device);
-            let layouts = [shadow_maps.bind_group_layout(), &frame_layout, &materials.layout];
+            let layouts =
+                [shadow_maps.bind_group_layout(), &frame_layout, &materials.layout, grid.bind_group_layout()];
             Ok(Self {
-                attributes: surface_attributes::vertex_buffer(device, &baked, geometry)?,
+                attributes: surface_attributes::vertex_buffer(device, &baked.scene, geometry)?,
                 lightmap_faces: surface_attributes::lightmap_faces(device, &baked, geometry)?,
                 pipelines: Pipelines::new(device, layouts),
                 frame: device.create_buffer(&wgpu::BufferDescriptor {
@@ -105,6 +115,7 @@ impl GpuRenderer {
                 probes: Markers::probes(device, &baked)?,
                 light_samples: Markers::light_samples(device, &baked)?,
                 materials,
+                moving: MovingSurfaces::default(),
                 frame_layout,
                 baked,
                 device: device.clone(),
@@ -132,6 +143,7 @@ impl GpuRenderer {
         let record = FrameRecord::new(camera, diagonal, scene.lighting, options, radius);
         self.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&record));
         self.materials.set_colors(&self.queue, &self.baked.scene, &scene.colors);
+        self.moving.update(&self.device, &self.queue, scene.moving);
 
         let frame_group = self.frame_group(scene);
         let mut pass = begin_pass(encoder, target);
@@ -141,6 +153,7 @@ impl GpuRenderer {
             pass.draw(0..3, 0..1);
         }
         self.draw_surfaces(&mut pass, scene);
+        self.draw_objects(&mut pass, scene);
         if let Some((markers, pipeline)) = markers {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(2, &self.pipelines.marker_group(&self.device, markers, scene.signals), &[]);
@@ -185,6 +198,24 @@ impl GpuRenderer {
         }
     }
 
+    fn draw_objects(&self, pass: &mut wgpu::RenderPass, scene: &LitScene) {
+        for model in &scene.moving.models {
+            let Some(surfaces) = self.moving.of(&model.model) else { continue };
+            pass.set_bind_group(0, scene.shadow_maps.bind_group(), &[]);
+            pass.set_bind_group(3, scene.grid.bind_group(), &[]);
+            pass.set_vertex_buffer(0, model.geometry.positions.slice(..));
+            pass.set_vertex_buffer(1, surfaces.attributes.slice(..));
+            for part in &model.geometry.parts {
+                let material = part.material as usize;
+                let is_masked = matches!(model.model.materials[material].alpha_mode, AlphaMode::Mask { .. });
+                let Pipelines { object, masked_object, .. } = &self.pipelines;
+                pass.set_pipeline(if is_masked { masked_object } else { object });
+                pass.set_bind_group(2, &surfaces.materials.bind_groups[material], &[]);
+                pass.draw(part.vertices.clone(), model.objects.clone());
+            }
+        }
+    }
+
     fn frame_group(&self, scene: &LitScene) -> wgpu::BindGroup {
         let resources = [
             self.frame.as_entire_binding(),
@@ -193,6 +224,7 @@ impl GpuRenderer {
             wgpu::BindingResource::TextureView(&self.cluster_colors),
             self.lightmap_faces.as_entire_binding(),
             scene.geometry.positions.as_entire_binding(),
+            scene.moving.placements.as_entire_binding(),
         ];
         bind(&self.device, "frame", &self.frame_layout, resources)
     }

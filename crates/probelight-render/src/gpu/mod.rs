@@ -7,7 +7,7 @@
 //! | [`picture_target`] | [`PictureTarget`]: the picture while it is drawn, and its pixels |
 //! | [`presenter`] | [`Presenter`]: exposure and tone map, onto a window |
 //! | [`uploaded_light`] | [`UploadedLight`]: light that the CPU's runtime computed |
-//! | `surface_attributes`, `materials`, `material_textures`, `markers`, `cluster_colors` | what is drawn |
+//! | `surface_attributes`, `materials`, `material_textures`, `moving_surfaces`, `markers`, `cluster_colors` | what is drawn |
 //! | `frame_record` | camera, sky and view as shaders read them |
 //! | `pipelines`, `shaders` | how it is drawn; WGSL sources |
 //!
@@ -19,6 +19,7 @@ pub mod gpu_renderer;
 mod markers;
 mod material_textures;
 mod materials;
+mod moving_surfaces;
 pub mod picture_target;
 mod pipelines;
 pub mod presenter;

@@ -11,6 +11,8 @@ use super::{shaders, surface_attributes};
 pub(super) struct Pipelines {
     pub(super) surface: wgpu::RenderPipeline,
     pub(super) masked_surface: wgpu::RenderPipeline,
+    pub(super) object: wgpu::RenderPipeline,
+    pub(super) masked_object: wgpu::RenderPipeline,
     pub(super) sky: wgpu::RenderPipeline,
     pub(super) spheres: wgpu::RenderPipeline,
     pub(super) discs: wgpu::RenderPipeline,
@@ -18,9 +20,13 @@ pub(super) struct Pipelines {
 }
 
 impl Pipelines {
-    pub(super) fn new(device: &wgpu::Device, [lights, frame, material]: [&wgpu::BindGroupLayout; 3]) -> Self {
+    pub(super) fn new(
+        device: &wgpu::Device,
+        [lights, frame, material, grid]: [&wgpu::BindGroupLayout; 4],
+    ) -> Self {
         let marker_layout = marker_layout(device);
         let surface = shaders::module(device, "surface", shaders::surface());
+        let objects = shaders::module(device, "objects", shaders::objects());
         let sky = shaders::module(device, "sky", shaders::sky());
         let markers = shaders::module(device, "markers", shaders::markers());
         let attributes = [SceneGeometry::POSITION_LAYOUT, surface_attributes::LAYOUT];
@@ -38,14 +44,18 @@ impl Pipelines {
             attributes: &attributes,
             ..drawn(&surface, ["surface_vertex", "surface_color"], &surface_layouts)
         };
+        let masked =
+            |drawn: &Drawn, entries| Drawn { is_masked: true, entries, ..drawn.clone() }.pipeline(device);
+        let object_layouts = [Some(lights), Some(frame), Some(material), Some(grid)];
+        let object = Drawn {
+            attributes: &attributes,
+            ..drawn(&objects, ["object_vertex", "object_color"], &object_layouts)
+        };
         Self {
-            masked_surface: Drawn {
-                is_masked: true,
-                entries: ["surface_vertex", "masked_surface_color"],
-                ..surfaces.clone()
-            }
-            .pipeline(device),
+            masked_surface: masked(&surfaces, ["surface_vertex", "masked_surface_color"]),
             surface: surfaces.pipeline(device),
+            masked_object: masked(&object, ["object_vertex", "masked_object_color"]),
+            object: object.pipeline(device),
             sky: Drawn { has_depth: false, ..drawn(&sky, ["sky_vertex", "sky_color"], &[None, Some(frame)]) }
                 .pipeline(device),
             spheres: drawn(&markers, ["sphere_vertex", "sphere_color"], &marker_layouts).pipeline(device),
@@ -136,7 +146,7 @@ pub(super) fn bind<'a>(
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
 }
 
-/// Layout of bind group 1: camera, sky, lightmap, triangles.
+/// Layout of bind group 1: camera, sky, lightmap, triangles, places of objects.
 pub(super) fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let texture = wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Float { filterable: true },
@@ -148,6 +158,7 @@ pub(super) fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         texture,
         wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
         texture,
+        buffer(wgpu::BufferBindingType::Storage { read_only: true }),
         buffer(wgpu::BufferBindingType::Storage { read_only: true }),
         buffer(wgpu::BufferBindingType::Storage { read_only: true }),
     ];

@@ -1,14 +1,21 @@
 //! WGSL sources. A shader is the files that it needs, one after another.
 
-use probelight_runtime::gpu::shaders::{LIGHTS, SHADOW_MAPS};
+use probelight_runtime::gpu::shaders::{GRID, LIGHTS, PLACEMENTS, SHADOW_MAPS};
 
 const FRAME: &str = include_str!("../shaders/frame.wgsl");
 const MATERIAL: &str = include_str!("../shaders/material.wgsl");
 const BRDF: &str = include_str!("../shaders/brdf.wgsl");
 
+const SURFACE: &str = include_str!("../shaders/surface.wgsl");
+
 /// Surfaces of the scene.
 pub(super) fn surface() -> String {
-    [LIGHTS, SHADOW_MAPS, FRAME, MATERIAL, BRDF, include_str!("../shaders/surface.wgsl")].concat()
+    [LIGHTS, SHADOW_MAPS, FRAME, MATERIAL, BRDF, SURFACE].concat()
+}
+
+/// Objects.
+pub(super) fn objects() -> String {
+    [&surface(), PLACEMENTS, GRID, include_str!("../shaders/objects.wgsl")].concat()
 }
 
 /// The sky behind the scene.

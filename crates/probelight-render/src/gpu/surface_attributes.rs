@@ -5,6 +5,7 @@ use probelight_asset::{BakedScene, LightmapFace, NONE};
 use probelight_math::glam::{Vec2, Vec4};
 use probelight_runtime::gpu::filled_buffer::filled_buffer;
 use probelight_runtime::gpu::{GpuError, SceneGeometry};
+use probelight_scene::Scene;
 
 /// A corner of a triangle.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -38,17 +39,16 @@ pub(super) const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferL
 /// [`GpuError::TooLarge`] if the device cannot hold it.
 pub(super) fn vertex_buffer(
     device: &wgpu::Device,
-    baked: &BakedScene,
+    scene: &Scene,
     geometry: &SceneGeometry,
 ) -> Result<wgpu::Buffer, GpuError> {
     let corners: Vec<CornerRecord> =
-        geometry.triangle_order.iter().flat_map(|triangle| corners_of(baked, *triangle)).collect();
+        geometry.triangle_order.iter().flat_map(|triangle| corners_of(scene, *triangle)).collect();
     let bytes = bytemuck::cast_slice(&corners);
     filled_buffer(device, "attributes of triangles", bytes, wgpu::BufferUsages::VERTEX)
 }
 
-fn corners_of(baked: &BakedScene, triangle: u32) -> [CornerRecord; 3] {
-    let scene = &baked.scene;
+fn corners_of(scene: &Scene, triangle: u32) -> [CornerRecord; 3] {
     let face_normal = snorm16(scene.geometric_normal(triangle as usize).extend(0.0));
     std::array::from_fn(|corner| {
         let vertex = scene.triangles[triangle as usize][corner] as usize;

@@ -7,19 +7,24 @@ use probelight_math::glam::Vec3;
 use probelight_runtime::Runtime;
 use probelight_runtime::gpu::device::checked;
 use probelight_runtime::gpu::filled_buffer::check_size;
-use probelight_runtime::gpu::{GpuError, SceneGeometry, ShadowMapOptions, ShadowMaps};
+use probelight_runtime::gpu::{
+    GpuError, GridTables, MovingGeometry, SceneGeometry, ShadowMapOptions, ShadowMaps,
+};
 
 use super::gpu_renderer::LitScene;
 
-const SIGNAL_USAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_DST);
+const STORAGE_USAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_DST);
 
 /// A scene on the GPU with the light of a CPU [`Runtime`].
 #[derive(Debug)]
 pub struct UploadedLight {
     geometry: SceneGeometry,
     shadow_maps: ShadowMaps,
+    moving: MovingGeometry,
+    grid: GridTables,
     lightmap: wgpu::Texture,
     signals: wgpu::Buffer,
+    irradiance: wgpu::Buffer,
 }
 
 impl UploadedLight {
@@ -50,16 +55,12 @@ impl UploadedLight {
                 usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
                 view_formats: &[],
             });
+            let irradiance = storage(device, "irradiance", baked.receiver_count())?;
             let signals = baked.scalar_signals() + baked.probes.len() * baked.coefficients();
-            let (size, usage) = ((signals.max(1) * size_of::<Vec3>()) as u64, SIGNAL_USAGE);
-            check_size(&device.limits(), "signals", size, usage)?;
-            let signals = device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("signals"),
-                size,
-                usage,
-                mapped_at_creation: false,
-            });
-            Ok(Self { geometry, shadow_maps, lightmap, signals })
+            let signals = storage(device, "signals", signals)?;
+            let moving = MovingGeometry::new(device);
+            let grid = GridTables::new(device, queue, baked, &irradiance)?;
+            Ok(Self { geometry, shadow_maps, moving, grid, lightmap, signals, irradiance })
         })
     }
 
@@ -88,12 +89,14 @@ impl UploadedLight {
         let mut signals = runtime.signals().values().to_vec();
         signals.extend(probe_coefficients(runtime));
         queue.write_buffer(&self.signals, 0, bytemuck::cast_slice(&signals));
-        Ok(())
+        queue.write_buffer(&self.irradiance, 0, bytemuck::cast_slice(runtime.receiver_irradiance()));
+        self.moving.update(device, queue, runtime.objects().as_slice())
     }
 
-    /// Draws shadow maps if lights changed.
-    pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        self.shadow_maps.encode(encoder, &self.geometry);
+    /// Draws shadow maps.
+    pub fn encode(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder) {
+        let Self { geometry, moving, .. } = self;
+        self.shadow_maps.encode_with_objects(device, queue, encoder, geometry, moving, true);
     }
 
     /// The triangles, from which a [`GpuRenderer`](super::GpuRenderer) is made.
@@ -106,11 +109,18 @@ impl UploadedLight {
         &self.shadow_maps
     }
 
+    /// The grid, from which a [`GpuRenderer`](super::GpuRenderer) is made.
+    pub fn grid(&self) -> &GridTables {
+        &self.grid
+    }
+
     /// What a renderer draws.
     pub fn scene<'a>(&'a self, runtime: &'a Runtime) -> LitScene<'a> {
         LitScene {
             geometry: &self.geometry,
             shadow_maps: &self.shadow_maps,
+            moving: &self.moving,
+            grid: &self.grid,
             lightmap: self.lightmap.create_view(&wgpu::TextureViewDescriptor::default()),
             signals: &self.signals,
             lighting: runtime.lighting(),
@@ -119,6 +129,18 @@ impl UploadedLight {
                 .collect(),
         }
     }
+}
+
+/// A storage buffer of colours.
+fn storage(device: &wgpu::Device, content: &'static str, colors: usize) -> Result<wgpu::Buffer, GpuError> {
+    let size = (colors.max(1) * size_of::<Vec3>()) as u64;
+    check_size(&device.limits(), content, size, STORAGE_USAGE)?;
+    Ok(device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(content),
+        size,
+        usage: STORAGE_USAGE,
+        mapped_at_creation: false,
+    }))
 }
 
 /// A texel without infinities.

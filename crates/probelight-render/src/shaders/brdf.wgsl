@@ -24,15 +24,23 @@ fn brdf(surface: Surface, to_light: vec3f) -> vec3f {
     if frame.shading == SHADING_DIFFUSE {
         return surface.base_color / PI;
     }
+    let fresnel = fresnel_towards(surface, to_light);
+    return (1.0 - fresnel) * diffuse_albedo(surface) / PI + specular_brdf(surface, to_light);
+}
+
+// The same of the layer alone.
+fn specular_brdf(surface: Surface, to_light: vec3f) -> vec3f {
     let half_way = normalize(to_light + surface.to_eye);
     let n_l = max(dot(surface.normal, to_light), 1e-4);
     let n_v = max(dot(surface.normal, surface.to_eye), 1e-4);
     let n_h = saturate(dot(surface.normal, half_way));
-    let v_h = saturate(dot(surface.to_eye, half_way));
     let alpha = pow(max(surface.roughness, LEAST_ROUGHNESS), 2.0);
-    let fresnel = mix(specular_color(surface), vec3f(1.0), pow(1.0 - v_h, 5.0));
-    let specular = fresnel * ggx_distribution(n_h, alpha) * ggx_visibility(n_l, n_v, alpha);
-    return (1.0 - fresnel) * diffuse_albedo(surface) / PI + specular;
+    return fresnel_towards(surface, to_light) * ggx_distribution(n_h, alpha) * ggx_visibility(n_l, n_v, alpha);
+}
+
+fn fresnel_towards(surface: Surface, to_light: vec3f) -> vec3f {
+    let v_h = saturate(dot(surface.to_eye, normalize(to_light + surface.to_eye)));
+    return mix(specular_color(surface), vec3f(1.0), pow(1.0 - v_h, 5.0));
 }
 
 fn ggx_distribution(n_h: f32, alpha: f32) -> f32 {

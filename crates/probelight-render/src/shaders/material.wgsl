@@ -33,11 +33,21 @@ struct SurfaceVertex {
     @location(5) @interpolate(flat) triangle: u32,
 }
 
+// What lies between the corners of a triangle.
+struct SurfaceCorner {
+    uv: vec4f,
+    normal: vec3f,
+    tangent: vec4f,
+    face_normal: vec3f,
+}
+
 // One side of a surface. Normals are unit vectors on the side that is seen.
 struct Surface {
     position: vec3f,
     // Unit vector towards the eye.
     to_eye: vec3f,
+    // 1 on the front, −1 on the back.
+    side: f32,
     face_normal: vec3f,
     normal: vec3f,
     base_color: vec3f,
@@ -51,40 +61,54 @@ struct Surface {
     lightmap_position: vec2f,
 }
 
-fn uv_of(vertex: SurfaceVertex, slot: u32) -> vec2f {
-    return select(vertex.uv.xy, vertex.uv.zw, (material.second_uv_sets >> slot & 1u) == 1u);
+fn uv_of(corner: SurfaceCorner, slot: u32) -> vec2f {
+    return select(corner.uv.xy, corner.uv.zw, (material.second_uv_sets >> slot & 1u) == 1u);
 }
 
-fn surface_at(vertex: SurfaceVertex) -> Surface {
-    let base_color = material.base_color * textureSample(base_color_texture, material_sampler, uv_of(vertex, 0u));
-    let roughness_metallic = textureSample(metallic_roughness_texture, material_sampler, uv_of(vertex, 1u)).yz;
-    let bump = textureSample(normal_texture, material_sampler, uv_of(vertex, 2u)).xyz;
-    let occlusion = textureSample(occlusion_texture, material_sampler, uv_of(vertex, 3u)).x;
-    let emissive = textureSample(emissive_texture, material_sampler, uv_of(vertex, 4u)).xyz;
+// A surface without light of its own, with the normal of its normal map.
+fn surface_at(corner: SurfaceCorner, position: vec3f) -> Surface {
+    let base_color = material.base_color * textureSample(base_color_texture, material_sampler, uv_of(corner, 0u));
+    let roughness_metallic = textureSample(metallic_roughness_texture, material_sampler, uv_of(corner, 1u)).yz;
+    let bump = textureSample(normal_texture, material_sampler, uv_of(corner, 2u)).xyz;
+    let occlusion = textureSample(occlusion_texture, material_sampler, uv_of(corner, 3u)).x;
+    let emissive = textureSample(emissive_texture, material_sampler, uv_of(corner, 4u)).xyz;
 
-    let weights = weights_inside(vertex);
-    let position = position_of(vertex.triangle, weights);
     let to_eye = normalize(frame.eye - position);
-    let is_back = dot(vertex.face_normal, to_eye) < 0.0;
-    let side = select(1.0, -1.0, is_back);
+    let is_back = dot(corner.face_normal, to_eye) < 0.0;
 
     var surface: Surface;
     surface.position = position;
     surface.to_eye = to_eye;
-    surface.face_normal = normalize(vertex.face_normal) * side;
-    surface.normal = shading_normal(vertex, bump, surface.face_normal, side);
+    surface.side = select(1.0, -1.0, is_back);
+    surface.face_normal = normalize(corner.face_normal) * surface.side;
+    surface.normal = shading_normal(corner, bump, surface.face_normal, surface.side);
     surface.base_color = base_color.xyz;
     surface.alpha = base_color.w;
     surface.metallic = material.metallic * roughness_metallic.y;
     surface.roughness = material.roughness * roughness_metallic.x;
     surface.occlusion = occlusion;
     surface.emission = material.emission * emissive * select(frame.emissive_scale, 0.0, is_back);
-    surface.lightmap_position = lightmap_position(vertex.triangle, u32(is_back), weights);
+    surface.lightmap_position = vec2f(-1.0);
     if frame.shading == SHADING_DIFFUSE {
         surface.normal = surface.face_normal;
         surface.occlusion = 1.0;
     }
     return surface;
+}
+
+// A surface of the scene.
+fn scene_surface(vertex: SurfaceVertex) -> Surface {
+    let weights = weights_inside(vertex);
+    let corner = SurfaceCorner(vertex.uv, vertex.normal, vertex.tangent, vertex.face_normal);
+    var surface = surface_at(corner, position_of(vertex.triangle, weights));
+    surface.lightmap_position = lightmap_position(vertex.triangle, u32(surface.side < 0.0), weights);
+    return surface;
+}
+
+// The share of a pixel that a masked surface covers: the borders of holes are as smooth as other edges.
+fn coverage(surface: Surface) -> f32 {
+    let change = max(fwidth(surface.alpha), 1e-4);
+    return saturate((surface.alpha - material.alpha_cutoff) / change + 0.5);
 }
 
 // Weights of the corners, limited to the triangle. A pixel's middle may lie outside a triangle that covers some of its
@@ -111,7 +135,7 @@ fn lightmap_position(triangle: u32, side: u32, weights: vec3f) -> vec2f {
 }
 
 // The vertices' normal with the normal map's bumps, on the side that is seen.
-fn shading_normal(vertex: SurfaceVertex, bump: vec3f, face_normal: vec3f, side: f32) -> vec3f {
+fn shading_normal(vertex: SurfaceCorner, bump: vec3f, face_normal: vec3f, side: f32) -> vec3f {
     let normal = normalize(vertex.normal);
     let bitangent = vertex.tangent.w * cross(normal, vertex.tangent.xyz);
     let slope = (bump.xy * 2.0 - 1.0) * material.normal_scale;

@@ -18,17 +18,14 @@ fn surface_vertex(
 
 @fragment
 fn surface_color(vertex: SurfaceVertex) -> @location(0) vec4f {
-    let surface = surface_at(vertex);
-    return vec4f(color_of_view(surface), 1.0);
+    return vec4f(color_of_view(scene_surface(vertex)), 1.0);
 }
 
-// Alpha becomes the share of a pixel's samples that are covered: the borders of holes are as smooth as other edges.
+// Alpha becomes the share of a pixel's samples that are covered.
 @fragment
 fn masked_surface_color(vertex: SurfaceVertex) -> @location(0) vec4f {
-    let surface = surface_at(vertex);
-    let change = max(fwidth(surface.alpha), 1e-4);
-    let coverage = saturate((surface.alpha - material.alpha_cutoff) / change + 0.5);
-    return vec4f(color_of_view(surface), coverage);
+    let surface = scene_surface(vertex);
+    return vec4f(color_of_view(surface), coverage(surface));
 }
 
 fn color_of_view(surface: Surface) -> vec3f {

@@ -136,8 +136,8 @@ impl<'a> GpuPictures<'a> {
         let GpuDevice { device, queue, .. } = gpu;
         let baked = lit.runtime.baked();
         let light = UploadedLight::new(device, queue, baked, ShadowMapOptions::default()).unwrap();
-        let (geometry, shadow_maps) = (light.geometry(), light.shadow_maps());
-        let renderer = GpuRenderer::new(device, queue, baked.clone(), geometry, shadow_maps).unwrap();
+        let (geometry, shadow_maps, grid) = (light.geometry(), light.shadow_maps(), light.grid());
+        let renderer = GpuRenderer::new(device, queue, baked.clone(), geometry, shadow_maps, grid).unwrap();
         Self { gpu, light, renderer }
     }
 
@@ -161,7 +161,7 @@ impl<'a> GpuPictures<'a> {
         let GpuDevice { device, queue, .. } = self.gpu;
         self.light.update(device, queue, &lit.runtime).unwrap();
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.light.encode(&mut encoder);
+        self.light.encode(device, queue, &mut encoder);
         queue.submit([encoder.finish()]);
     }
 }
@@ -182,7 +182,7 @@ pub(crate) fn picture_lit_on_gpu(gpu: &GpuDevice, lit: &LitExample, options: Vie
     let mut runtime = GpuRuntime::new(device, queue, baked.clone(), GpuOptions::default()).unwrap();
     runtime.set_lighting(lit.runtime.lighting().clone()).unwrap();
     runtime.converge(1e-3, 30).unwrap();
-    let (geometry, shadow_maps) = (runtime.geometry(), runtime.shadow_maps());
-    let mut renderer = GpuRenderer::new(device, queue, baked.clone(), geometry, shadow_maps).unwrap();
+    let (geometry, shadow_maps, grid) = (runtime.geometry(), runtime.shadow_maps(), runtime.grid());
+    let mut renderer = GpuRenderer::new(device, queue, baked.clone(), geometry, shadow_maps, grid).unwrap();
     renderer.still(&LitScene::of(&runtime), &lit.camera, options, SAMPLES).unwrap()
 }

@@ -1,7 +1,10 @@
 //! Draws depth from the views of lights, for [`shadow_maps`](super::shadow_maps).
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 
+use super::moving_geometry::MovingGeometry;
 use super::scene_geometry::{AlphaMasks, SceneGeometry};
 use super::shaders;
 use super::shadow_maps::uniform_entry;
@@ -24,17 +27,37 @@ pub(super) struct AlphaTestRecord {
 /// The pipelines that draw depth.
 #[derive(Debug)]
 pub(super) struct Caster {
+    scene: CastPipelines,
+    objects: CastPipelines,
+    views: wgpu::BindGroup,
+    view_buffer: wgpu::Buffer,
+    object_layout: wgpu::BindGroupLayout,
+    object_count: wgpu::Buffer,
+}
+
+#[derive(Debug)]
+struct CastPipelines {
     opaque: wgpu::RenderPipeline,
     masked: wgpu::RenderPipeline,
-    views: wgpu::BindGroup,
 }
 
 impl Caster {
     /// Compiles them for views in `view_buffer`.
     pub(super) fn new(device: &wgpu::Device, geometry: &SceneGeometry, view_buffer: &wgpu::Buffer) -> Self {
+        let vertex = wgpu::ShaderStages::VERTEX;
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("shadow views"),
-            entries: &[uniform_entry(1, wgpu::ShaderStages::VERTEX)],
+            entries: &[uniform_entry(1, vertex)],
+        });
+        let storage = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: true },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let placements = wgpu::BindGroupLayoutEntry { ty: storage, ..uniform_entry(3, vertex) };
+        let object_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("shadow views and objects"),
+            entries: &[uniform_entry(1, vertex), placements, uniform_entry(4, vertex)],
         });
         let views = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("shadow views"),
@@ -42,10 +65,22 @@ impl Caster {
             entries: &[wgpu::BindGroupEntry { binding: 1, resource: view_buffer.as_entire_binding() }],
         });
         let module = shaders::module(device, "cast_shadows", &shaders::cast_shadows());
+        let pipelines = |views: &wgpu::BindGroupLayout, [opaque, masked]: [&str; 2]| CastPipelines {
+            opaque: cast_pipeline(device, &module, &[views], opaque, false),
+            masked: cast_pipeline(device, &module, &[views, &geometry.masks.layout], masked, true),
+        };
         Self {
-            opaque: cast_pipeline(device, &module, &[&layout], false),
-            masked: cast_pipeline(device, &module, &[&layout, &geometry.masks.layout], true),
+            scene: pipelines(&layout, ["cast_opaque", "cast_masked"]),
+            objects: pipelines(&object_layout, ["cast_opaque_object", "cast_masked_object"]),
             views,
+            view_buffer: view_buffer.clone(),
+            object_count: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("number of objects"),
+                size: 16,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+            object_layout,
         }
     }
 
@@ -57,23 +92,54 @@ impl Caster {
         layer: &wgpu::TextureView,
         view: u32,
     ) {
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("shadow map"),
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: layer,
-                depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(0.0),
-                    store: wgpu::StoreOp::Store,
-                }),
-                stencil_ops: None,
-            }),
-            ..wgpu::RenderPassDescriptor::default()
-        });
-        pass.set_pipeline(&self.opaque);
+        let mut pass = depth_pass(encoder, layer, wgpu::LoadOp::Clear(0.0));
         pass.set_bind_group(0, &self.views, &[]);
+        self.scene.draw(&mut pass, geometry, view..view + 1);
+    }
+
+    /// What [`draw_objects`](Self::draw_objects) needs to know of the objects.
+    pub(super) fn bind_objects(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        moving: &MovingGeometry,
+    ) -> wgpu::BindGroup {
+        queue.write_buffer(&self.object_count, 0, bytemuck::bytes_of(&[moving.count, 0, 0, 0]));
+        let buffers = [(1, &self.view_buffer), (3, &moving.placements), (4, &self.object_count)];
+        let entries = buffers
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("shadow views and objects"),
+            layout: &self.object_layout,
+            entries: &entries,
+        })
+    }
+
+    /// Draws the depth of all objects over one view's.
+    pub(super) fn draw_objects(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        moving: &MovingGeometry,
+        bound: &wgpu::BindGroup,
+        layer: &wgpu::TextureView,
+        view: u32,
+    ) {
+        let mut pass = depth_pass(encoder, layer, wgpu::LoadOp::Load);
+        pass.set_bind_group(0, bound, &[]);
+        for model in &moving.models {
+            let first = view * moving.count;
+            let instances = first + model.objects.start..first + model.objects.end;
+            self.objects.draw(&mut pass, &model.geometry, instances);
+        }
+    }
+}
+
+impl CastPipelines {
+    fn draw(&self, pass: &mut wgpu::RenderPass, geometry: &SceneGeometry, instances: Range<u32>) {
+        pass.set_pipeline(&self.opaque);
         pass.set_vertex_buffer(0, geometry.positions.slice(..));
         if !geometry.opaque.is_empty() {
-            pass.draw(geometry.opaque.clone(), view..view + 1);
+            pass.draw(geometry.opaque.clone(), instances.clone());
         }
         if geometry.masks.parts.is_empty() {
             return;
@@ -84,15 +150,32 @@ impl Caster {
         pass.set_vertex_buffer(1, geometry.masks.uvs.slice(..));
         for (vertices, mask) in &geometry.masks.parts {
             pass.set_bind_group(1, mask, &[]);
-            pass.draw(vertices.start - first_masked..vertices.end - first_masked, view..view + 1);
+            pass.draw(vertices.start - first_masked..vertices.end - first_masked, instances.clone());
         }
     }
+}
+
+fn depth_pass<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    layer: &wgpu::TextureView,
+    load: wgpu::LoadOp<f32>,
+) -> wgpu::RenderPass<'a> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("shadow map"),
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: layer,
+            depth_ops: Some(wgpu::Operations { load, store: wgpu::StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        ..wgpu::RenderPassDescriptor::default()
+    })
 }
 
 fn cast_pipeline(
     device: &wgpu::Device,
     module: &wgpu::ShaderModule,
     layouts: &[&wgpu::BindGroupLayout],
+    entry_point: &str,
     is_masked: bool,
 ) -> wgpu::RenderPipeline {
     let layouts: Vec<_> = layouts.iter().map(|layout| Some(*layout)).collect();
@@ -107,7 +190,7 @@ fn cast_pipeline(
         layout: Some(&layout),
         vertex: wgpu::VertexState {
             module,
-            entry_point: Some(if is_masked { "cast_masked" } else { "cast_opaque" }),
+            entry_point: Some(entry_point),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers: if is_masked { &buffers } else { &buffers[..1] },
         },

@@ -12,7 +12,9 @@ use super::device::{GpuError, checked, checked_async, new_encoder};
 use super::dilate_lightmap::DilateLightmap;
 use super::frame_buffers::FrameBuffers;
 use super::gather_receivers::GatherReceivers;
+use super::grid_tables::GridTables;
 use super::light_surfels::LightSurfels;
+use super::moving_geometry::MovingGeometry;
 use super::project_clusters::ProjectClusters;
 use super::reduce_lightmap::ReduceLightmap;
 use super::relight_probes::RelightProbes;
@@ -22,7 +24,7 @@ use super::storage::Storage;
 use super::timestamps::FrameTimestamps;
 use crate::frame::FramePlans;
 use crate::scene_state::SceneState;
-use crate::{FrameInput, FramePlan, LodSettings, Objects, RuntimeError, Stage, SurfaceColors};
+use crate::{FrameInput, FramePlan, LodSettings, RuntimeError, Stage, SurfaceColors};
 
 /// How a [`GpuRuntime`] uses the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,10 +52,13 @@ pub struct GpuRuntime {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) baked: Arc<BakedScene>,
-    state: SceneState,
+    pub(super) state: SceneState,
     plans: FramePlans,
     geometry: SceneGeometry,
     shadow_maps: ShadowMaps,
+    pub(super) moving: MovingGeometry,
+    pub(super) moved: bool,
+    pub(super) grid: GridTables,
     pub(super) buffers: FrameBuffers,
     pub(super) shards: Vec<ClusterShard>,
     pub(super) stages: Stages,
@@ -132,6 +137,7 @@ impl GpuRuntime {
         let mut storage = Storage::new(device, queue);
         storage.limit = storage.limit.min(options.largest_buffer.unwrap_or(u64::MAX));
         let buffers = FrameBuffers::new(&storage, &baked)?;
+        let grid = GridTables::new(device, queue, &baked, &buffers.irradiance)?;
         let shards = cluster_shards(&storage, &baked)?;
         let stages =
             Stages::new(&storage, &baked, &buffers, &shards, &shadow_maps, options.reduces_lightmap)?;
@@ -145,6 +151,9 @@ impl GpuRuntime {
             state,
             geometry,
             shadow_maps,
+            moving: MovingGeometry::new(device),
+            moved: false,
+            grid,
             buffers,
             shards,
             stages,
@@ -212,16 +221,6 @@ impl GpuRuntime {
     /// If there is no such material, or a channel is negative or not finite.
     pub fn set_emission(&mut self, material: usize, radiance: Vec3) -> Result<(), GpuError> {
         Ok(self.state.set_emission(material, radiance)?)
-    }
-
-    /// What moves through the scene.
-    pub fn objects(&self) -> &Objects {
-        &self.state.objects
-    }
-
-    /// What moves through the scene, to change it from the next frame on.
-    pub fn objects_mut(&mut self) -> &mut Objects {
-        &mut self.state.objects
     }
 
     /// The levels of detail by which frames are planned.
@@ -293,7 +292,9 @@ impl GpuRuntime {
     /// Draws the shadow maps if a light changed. The first stage does so by itself; whoever measures it may want to
     /// draw them before.
     pub fn encode_shadow_maps(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        self.shadow_maps.encode(encoder, &self.geometry);
+        let _left_out = self.upload_objects();
+        let Self { device, queue, geometry, moving, .. } = self;
+        self.shadow_maps.encode_with_objects(device, queue, encoder, geometry, moving, self.moved);
     }
 
     /// Encodes one stage by the [present plan](Self::plan). A frame is all of them, in order.
@@ -349,7 +350,8 @@ impl GpuRuntime {
             self.stages.relight_probes.set_sky(queue, baked, &state.lighting.sky);
         }
         self.encode_shadow_maps(encoder);
-        Changes { direct: stale.direct, shading: stale.direct || stale.shading }
+        let direct = stale.direct || std::mem::replace(&mut self.moved, false);
+        Changes { direct, shading: direct || stale.shading }
     }
 
     /// Computes one frame in a submission of its own.

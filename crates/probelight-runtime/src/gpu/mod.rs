@@ -27,6 +27,8 @@
 //! | [`stage_shaders`], `kernel`, `storage`, [`filled_buffer`] | shaders, what they are bound to, buffers |
 //! | [`timestamps`], `stage_bytes`, `benchmark` | how long stages take, what they move, and what the memory allows |
 //! | [`scene_geometry`] | the scene's triangles, for shadows and renderers |
+//! | [`grid_tables`] | the grid in free space, for shaders |
+//! | [`moving_geometry`] | the triangles of objects, and where these are |
 //! | [`shadow_views`] | what each light sees the scene through; light records |
 //! | [`shadow_maps`] | depth as lights see it (drawn by `cast_shadows`); visibility for any shader |
 //! | [`shaders`] | sources to build shaders from |
@@ -46,8 +48,11 @@ pub mod frame_buffers;
 mod frame_extents;
 mod gather_receivers;
 pub mod gpu_runtime;
+pub mod grid_tables;
 mod kernel;
 mod light_surfels;
+pub mod moving_geometry;
+mod objects;
 mod project_clusters;
 pub mod readback;
 mod reduce_lightmap;
@@ -73,6 +78,8 @@ pub use benchmark::copy_bandwidth;
 pub use device::{GpuDevice, GpuError};
 pub use frame_buffers::FrameBuffers;
 pub use gpu_runtime::{GpuOptions, GpuRuntime};
+pub use grid_tables::GridTables;
+pub use moving_geometry::{MovingGeometry, MovingModel};
 pub use scene_geometry::{MaterialPart, SceneGeometry};
 pub use shadow_maps::{ShadowMapOptions, ShadowMaps};
 pub use timestamps::FrameTimestamps;

@@ -3,7 +3,7 @@
 use half::f16;
 use naga::Module;
 use probelight_asset::packed::{EXPONENT_STEPS, GAIN_STEPS, Ranks, STEEPEST_SLOPE};
-use probelight_asset::{BorderBlend, NONE};
+use probelight_asset::{BorderBlend, GridCell, MAX_GRID_ROWS, NONE};
 
 use super::blend_borders::BorderReceiver;
 use super::cast_shadows::AlphaTestRecord;
@@ -11,7 +11,9 @@ use super::cluster_shards::{ClusterRecord, GATHER_BLOCK, GatherTask};
 use super::dilate_lightmap::TexelCopy;
 use super::frame_buffers::SignalShape;
 use super::frame_extents::ProbeRecord;
+use super::grid_tables::{GRID_AXES, GRID_SH2, GRID_SIX_COSINES, GridRecord};
 use super::light_surfels::MaterialColors;
+use super::moving_geometry::PlacementRecord;
 use super::reflection::{Layout, Partners, parse, record, workgroup_size, write_for_direct3d_and_metal};
 use super::shaders;
 use super::shadow_views::{
@@ -22,11 +24,20 @@ use super::stage_shaders::STAGE_SHADERS;
 use super::surfel_groups::{GroupRecord, Levels};
 use super::surfel_shards::{Bounce, SampleColors, SamplePlace};
 use crate::ClusterExtent;
+use crate::grid_places::{BORROWED, GridPlace};
+use crate::irradiance_grid::SMALLEST_WEIGHT;
 
 /// All shaders of the crate, by the name of their function.
 fn sources() -> Vec<(&'static str, String)> {
     let stages = STAGE_SHADERS.iter().map(|shader| (shader.entry_point, shader.source()));
-    stages.chain([("cut_holes", shaders::cast_shadows())]).collect()
+    let in_air = [
+        shaders::GRID,
+        "@compute @workgroup_size(1) fn look_up() {
+            var light = light_in_air(vec3f(0.0), vec3f(0.0));
+            _ = irradiance_from(&light, light_vector(&light));
+        }",
+    ];
+    stages.chain([("cut_holes", shaders::cast_shadows()), ("look_up", in_air.concat())]).collect()
 }
 
 fn modules() -> Vec<(&'static str, Module)> {
@@ -115,6 +126,12 @@ fn records() -> Vec<(&'static str, Layout)> {
         }),
         record!(LightsRecord as "Lights" { list, count, unused }),
         record!(ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),
+        record!(PlacementRecord as "Placement" { rows }),
+        record!(GridRecord as "Grid" {
+            origin, rows, last, kind, spacing, off_surface, counts, unused, axes,
+        }),
+        record!(GridCell as "GridCell" { planes, corners }),
+        record!(GridPlace as "GridPlace" { vertex, cell }),
         record!(AlphaTestRecord as "AlphaTest" { factor, cutoff, unused }),
     ]
 }
@@ -124,6 +141,12 @@ fn partners() -> Partners {
         records: records(),
         constants: constants(&[
             ("NONE", f64::from(NONE)),
+            ("BORROWED", f64::from(BORROWED)),
+            ("GRID_SH2", f64::from(GRID_SH2)),
+            ("GRID_AXES", f64::from(GRID_AXES)),
+            ("GRID_SIX_COSINES", f64::from(GRID_SIX_COSINES)),
+            ("MAX_GRID_ROWS", MAX_GRID_ROWS as f64),
+            ("SMALLEST_WEIGHT", 1e-4),
             ("LARGEST", f16::MAX.to_f64()),
             ("INVERSE_PI", f64::from(std::f32::consts::FRAC_1_PI)),
             ("GAIN_STEPS", f64::from(GAIN_STEPS)),

@@ -6,9 +6,15 @@ pub const LIGHTS: &str = include_str!("../shaders/lights.wgsl");
 /// Shadows: `light_visibility`. Goes behind [`LIGHTS`]; bind group 0.
 pub const SHADOW_MAPS: &str = include_str!("../shaders/shadow_maps.wgsl");
 
+/// Objects: `Placement`, `placed_point`, `placed_direction`.
+pub const PLACEMENTS: &str = include_str!("../shaders/placements.wgsl");
+
+/// Light in free space: `light_in_air`, `irradiance_from`, `light_vector`. Bind group 3 of whatever uses it.
+pub const GRID: &str = include_str!("../shaders/grid.wgsl");
+
 /// The shader that draws shadow maps.
 pub(super) fn cast_shadows() -> String {
-    [LIGHTS, SHADOW_MAPS, include_str!("../shaders/cast_shadows.wgsl")].concat()
+    [LIGHTS, SHADOW_MAPS, PLACEMENTS, include_str!("../shaders/cast_shadows.wgsl")].concat()
 }
 
 /// Compiles a shader.

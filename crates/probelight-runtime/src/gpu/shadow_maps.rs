@@ -2,13 +2,15 @@
 //!
 //! One depth texture holds all views of all lights as its layers, see `shadow_views.rs`. Shaders get
 //! it, and the lights themselves, as bind group 0 and call `light_visibility` of `shadow_maps.wgsl`. Maps are only drawn
-//! again when lights change.
+//! again when lights change. Where objects move, a second texture keeps the maps without them: each frame begins with a
+//! copy of it.
 
 use bytemuck::Zeroable;
 use probelight_scene::Light;
 
 use super::cast_shadows::{Caster, DEPTH_FORMAT};
 use super::device::{GpuError, checked};
+use super::moving_geometry::MovingGeometry;
 use super::scene_geometry::SceneGeometry;
 use super::shadow_views::{LightsRecord, MAX_SHADOW_VIEWS, ShadowViewRecord, light_records, view_count};
 
@@ -57,6 +59,8 @@ pub struct ShadowMaps {
     layout: wgpu::BindGroupLayout,
     caster: Caster,
     maps: Maps,
+    /// The maps without objects, once there were any.
+    still: Option<wgpu::Texture>,
 }
 
 /// What depends on the number of views.
@@ -85,7 +89,17 @@ impl ShadowMaps {
             let maps = Maps::new(device, &layout, [&light_buffer, &view_buffer], 64, 0);
             let caster = Caster::new(device, geometry, &view_buffer);
             let lights = Vec::new();
-            Ok(Self { options, lights, is_stale: true, light_buffer, view_buffer, layout, caster, maps })
+            Ok(Self {
+                options,
+                lights,
+                is_stale: true,
+                light_buffer,
+                view_buffer,
+                layout,
+                caster,
+                maps,
+                still: None,
+            })
         })
     }
 
@@ -148,7 +162,68 @@ impl ShadowMaps {
         for (view, layer) in self.maps.layers.iter().enumerate() {
             self.caster.draw(encoder, geometry, layer, view as u32);
         }
+        self.still = None;
     }
+
+    /// Draws the maps with objects if lights changed or `moved` says that objects did.
+    pub fn encode_with_objects(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        geometry: &SceneGeometry,
+        moving: &MovingGeometry,
+        moved: bool,
+    ) {
+        let are_new = self.is_stale;
+        self.encode(encoder, geometry);
+        if !(are_new || moved) || self.maps.layers.is_empty() {
+            return;
+        }
+        let all = self.maps.texture.size();
+        match &self.still {
+            Some(still) => {
+                encoder.copy_texture_to_texture(
+                    still.as_image_copy(),
+                    self.maps.texture.as_image_copy(),
+                    all,
+                );
+            }
+            None if moving.count == 0 => return,
+            None => {
+                let still = depth_texture(device, all);
+                encoder.copy_texture_to_texture(
+                    self.maps.texture.as_image_copy(),
+                    still.as_image_copy(),
+                    all,
+                );
+                self.still = Some(still);
+            }
+        }
+        if moving.count > 0 {
+            let bound = self.caster.bind_objects(device, queue, moving);
+            for (view, layer) in self.maps.layers.iter().enumerate() {
+                self.caster.draw_objects(encoder, moving, &bound, layer, view as u32);
+            }
+        }
+    }
+}
+
+/// The layers of shadow maps.
+fn depth_texture(device: &wgpu::Device, size: wgpu::Extent3d) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("shadow maps"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: DEPTH_FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC
+            | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    })
 }
 
 impl Maps {
@@ -161,16 +236,8 @@ impl Maps {
     ) -> Self {
         // A texture has at least one layer, and an array at least two on some backends' word.
         let depth_or_array_layers = layers.max(2) as u32;
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("shadow maps"),
-            size: wgpu::Extent3d { width: resolution, height: resolution, depth_or_array_layers },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: DEPTH_FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        });
+        let size = wgpu::Extent3d { width: resolution, height: resolution, depth_or_array_layers };
+        let texture = depth_texture(device, size);
         let all = texture.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..wgpu::TextureViewDescriptor::default()

@@ -1,5 +1,5 @@
-// Depth of the surfaces that a light sees. Needs lights.wgsl and shadow_maps.wgsl for their structs; draws view
-// `instance_index` of the uniform array, one view a draw call.
+// Depth of the surfaces that a light sees. Needs lights.wgsl and shadow_maps.wgsl for their structs, and placements.wgsl;
+// draws view `instance_index` of the uniform array, one view a draw call.
 
 fn clip_position(position: vec3f, view: u32) -> vec4f {
     return shadow_views[view].clip_from_world * vec4f(position, 1.0);
@@ -8,6 +8,23 @@ fn clip_position(position: vec3f, view: u32) -> vec4f {
 @vertex
 fn cast_opaque(@location(0) position: vec3f, @builtin(instance_index) view: u32) -> @builtin(position) vec4f {
     return clip_position(position, view);
+}
+
+// All objects, for each view once more: as many as there are in the instances before those of the view's own.
+@group(0) @binding(3) var<storage, read> placements: array<Placement>;
+@group(0) @binding(4) var<uniform> object_count: vec4u;
+
+fn object_clip_position(position: vec3f, instance: u32) -> vec4f {
+    let object = placements[instance % object_count.x];
+    return clip_position(placed_point(object, position), instance / object_count.x);
+}
+
+@vertex
+fn cast_opaque_object(
+    @location(0) position: vec3f,
+    @builtin(instance_index) instance: u32,
+) -> @builtin(position) vec4f {
+    return object_clip_position(position, instance);
 }
 
 struct MaskedVertex {
@@ -33,6 +50,15 @@ fn cast_masked(
     @builtin(instance_index) view: u32,
 ) -> MaskedVertex {
     return MaskedVertex(clip_position(position, view), uv);
+}
+
+@vertex
+fn cast_masked_object(
+    @location(0) position: vec3f,
+    @location(1) uv: vec2f,
+    @builtin(instance_index) instance: u32,
+) -> MaskedVertex {
+    return MaskedVertex(object_clip_position(position, instance), uv);
 }
 
 @fragment

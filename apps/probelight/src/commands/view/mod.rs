@@ -70,8 +70,9 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let setup = input::load_setup(flags.setup.as_deref(), &baked.scene)?;
     let camera = input::choose_camera(&setup, flags.camera.as_deref(), flags.size)?;
     let mut runtime = GpuRuntime::new(&gpu.device, &gpu.queue, Arc::clone(&baked), GpuOptions::default())?;
-    let (geometry, shadow_maps) = (runtime.geometry(), runtime.shadow_maps());
-    let renderer = GpuRenderer::new(&gpu.device, &gpu.queue, Arc::clone(&baked), geometry, shadow_maps)?;
+    let (geometry, shadow_maps, grid) = (runtime.geometry(), runtime.shadow_maps(), runtime.grid());
+    let renderer =
+        GpuRenderer::new(&gpu.device, &gpu.queue, Arc::clone(&baked), geometry, shadow_maps, grid)?;
     input::light_on_gpu(&mut runtime, &setup, console)?;
     interrupt::check()?;
 

@@ -1,0 +1,257 @@
+// Irradiance in free space, between the vertices of the grid ([SED] §4). The twin of irradiance_grid.rs.
+
+// The basis of vertices; without a grid they have no rows.
+const GRID_SH2 = 0u;
+const GRID_AXES = 1u;
+const GRID_SIX_COSINES = 2u;
+
+const MAX_GRID_ROWS = 26u;
+
+// What is set in the number of a vertex that is another place's, and what stands for no cell and no plane.
+const BORROWED = 0x80000000u;
+const NONE = 0xFFFFFFFFu;
+
+// Where so little weight is left, the corners that light a place count the same.
+const SMALLEST_WEIGHT = 1e-4;
+
+struct Grid {
+    // World position of the first vertex, metres.
+    origin: vec3f,
+    // Rows of each vertex.
+    rows: u32,
+    // World position of the last vertex, metres.
+    last: vec3f,
+    // One of the constants above.
+    kind: u32,
+    // Distance between neighbours, metres.
+    spacing: vec3f,
+    // How far off its surface a point is looked at once more, metres.
+    off_surface: f32,
+    // Vertices along each axis.
+    counts: vec3u,
+    unused: u32,
+    // Unit directions of the rows (xyz); those of spherical harmonics have one in band 1.
+    axes: array<vec4f, MAX_GRID_ROWS>,
+}
+
+struct GridPlace {
+    vertex: u32,
+    cell: u32,
+}
+
+struct GridCell {
+    planes: vec4u,
+    // Four parts in each number.
+    corners: vec4u,
+}
+
+@group(3) @binding(0) var<uniform> grid: Grid;
+// The lattice, x fastest.
+@group(3) @binding(1) var<storage, read> grid_places: array<GridPlace>;
+@group(3) @binding(2) var<storage, read> grid_cells: array<GridCell>;
+@group(3) @binding(3) var<storage, read> grid_planes: array<vec4f>;
+// The receivers that hold the rows of each vertex.
+@group(3) @binding(4) var<storage, read> grid_receivers: array<u32>;
+// Irradiance of all receivers, W/m²: red, green and blue of one after the other.
+@group(3) @binding(5) var<storage, read> receiver_irradiance: array<f32>;
+
+// The vertices that light a place; the weights sum to one, or are all zero.
+struct GridCorners {
+    vertices: array<u32, 8>,
+    weights: array<f32, 8>,
+    is_lit: bool,
+}
+
+// What the vertices that light a place hold there.
+struct GridLight {
+    rows: array<vec3f, MAX_GRID_ROWS>,
+}
+
+// Light at a point of a surface that faces along `normal` (unit).
+fn light_in_air(position: vec3f, normal: vec3f) -> GridLight {
+    var light: GridLight;
+    if grid.rows == 0u {
+        return light;
+    }
+    var corners = corners_around(position);
+    if !corners.is_lit {
+        corners = corners_around(position + grid.off_surface * normal);
+    }
+    if !corners.is_lit {
+        corners = nearest_if_outside(position);
+    }
+    for (var i = 0u; i < 8u; i++) {
+        let weight = corners.weights[i];
+        if weight > 0.0 {
+            let first = corners.vertices[i] * grid.rows;
+            for (var row = 0u; row < grid.rows; row++) {
+                let at = 3u * grid_receivers[first + row];
+                let value = vec3f(receiver_irradiance[at], receiver_irradiance[at + 1u], receiver_irradiance[at + 2u]);
+                light.rows[row] += weight * value;
+            }
+        }
+    }
+    return light;
+}
+
+// Irradiance of a surface there that faces along `normal` (unit), W/m².
+fn irradiance_from(light: ptr<function, GridLight>, normal: vec3f) -> vec3f {
+    var sum = vec3f(0.0);
+    var weights = 0.0;
+    for (var row = 0u; row < grid.rows; row++) {
+        let weight = read_weight(row, normal);
+        sum += weight * (*light).rows[row];
+        weights += weight;
+    }
+    return max(sum, vec3f(0.0)) / select(1.0, weights, grid.kind == GRID_AXES && weights > 0.0);
+}
+
+// Where most of the light comes from ([SED] figure 4): a unit vector, or zero where no side is brighter than another.
+fn light_vector(light: ptr<function, GridLight>) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var row = 0u; row < grid.rows; row++) {
+        sum += dot((*light).rows[row], vec3f(0.2126, 0.7152, 0.0722)) * grid.axes[row].xyz;
+    }
+    let length = length(sum);
+    return select(vec3f(0.0), sum / max(length, 1e-30), length > 0.0);
+}
+
+// How much a row counts for a surface with a unit normal; those of GRID_AXES still have to be divided by their sum.
+fn read_weight(row: u32, n: vec3f) -> f32 {
+    if grid.kind == GRID_SH2 {
+        return spherical_harmonic(row, n);
+    }
+    let cosine = dot(grid.axes[row].xyz, n);
+    return select(max(cosine, 0.0), 0.5 * (cosine * cosine + cosine), grid.kind == GRID_SIX_COSINES);
+}
+
+fn spherical_harmonic(index: u32, n: vec3f) -> f32 {
+    switch index {
+        case 0u: { return 0.2820948; }
+        case 1u: { return 0.4886025 * n.y; }
+        case 2u: { return 0.4886025 * n.z; }
+        case 3u: { return 0.4886025 * n.x; }
+        case 4u: { return 1.0925484 * n.x * n.y; }
+        case 5u: { return 1.0925484 * n.y * n.z; }
+        case 6u: { return 0.3153916 * (3.0 * n.z * n.z - 1.0); }
+        case 7u: { return 1.0925484 * n.x * n.z; }
+        default: { return 0.5462742 * (n.x * n.x - n.y * n.y); }
+    }
+}
+
+fn corner_at(i: u32) -> vec3u {
+    return vec3u(i & 1u, i >> 1u & 1u, i >> 2u);
+}
+
+fn place_at(at: vec3u) -> GridPlace {
+    return grid_places[at.x + grid.counts.x * (at.y + grid.counts.y * at.z)];
+}
+
+// Between the vertices: the cell that a position lies in or is nearest to, and where in it, from 0 to 1.
+struct CellPlace {
+    position: vec3f,
+    cell: vec3u,
+    within: vec3f,
+}
+
+fn cell_place(position: vec3f) -> CellPlace {
+    let limited = min(max(position, grid.origin), grid.last);
+    let at = min((limited - grid.origin) / grid.spacing, vec3f(grid.counts - 1u));
+    let cell = max(min(floor(at), vec3f(grid.counts) - 2.0), vec3f(0.0));
+    return CellPlace(limited, vec3u(cell), at - cell);
+}
+
+fn trilinear_share(place: CellPlace, corner: vec3u) -> f32 {
+    let shares = select(1.0 - place.within, place.within, corner == vec3u(1u));
+    return shares.x * shares.y * shares.z;
+}
+
+fn corners_around(position: vec3f) -> GridCorners {
+    let place = cell_place(position);
+    var sight = corners_in_sight(place);
+    var corners: GridCorners;
+    var total = 0.0;
+    var seen = 0.0;
+    for (var i = 0u; i < 8u; i++) {
+        let corner = corner_at(i);
+        let vertex = place_at(place.cell + corner).vertex;
+        sight[i] = select(sight[i], 0.0, (vertex & BORROWED) != 0u);
+        corners.vertices[i] = vertex & ~BORROWED;
+        corners.weights[i] = trilinear_share(place, corner);
+        total += corners.weights[i] * sight[i];
+        seen += sight[i];
+    }
+    corners.is_lit = seen > 0.0;
+    for (var i = 0u; i < 8u; i++) {
+        var weight = sight[i] / max(seen, 1e-30);
+        if total > SMALLEST_WEIGHT {
+            weight = corners.weights[i] * sight[i] / total;
+        }
+        corners.weights[i] = weight;
+    }
+    return corners;
+}
+
+// How far walls let each corner light a place, from 0 to 1: its own cell's sharply, those of the next cells fading in over
+// half of it.
+fn corners_in_sight(place: CellPlace) -> array<f32, 8> {
+    let is_lower = place.within < vec3f(0.5);
+    let nearness = abs(2.0 * (place.within - 0.5));
+    var sight = array<f32, 8>(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0);
+    for (var step = 0u; step < 8u; step++) {
+        let stepped = corner_at(step);
+        let way = select(vec3i(stepped), -vec3i(stepped), is_lower);
+        let low = vec3i(place.cell) + way;
+        if any(low < vec3i(0)) || any(low >= vec3i(grid.counts)) {
+            continue;
+        }
+        let number = place_at(vec3u(low)).cell;
+        if number == NONE {
+            continue;
+        }
+        let shares = select(vec3f(1.0), nearness, stepped == vec3u(1u));
+        let share = shares.x * shares.y * shares.z;
+        let lighting = corners_lighting(number, place.position);
+        for (var i = 0u; i < 8u; i++) {
+            let own = vec3i(corner_at(i)) - way;
+            let bit = u32(own.x + 2 * own.y + 4 * own.z) & 7u;
+            if all(own >= vec3i(0)) && all(own <= vec3i(1)) && (lighting >> bit & 1u) == 0u {
+                sight[i] *= 1.0 - share;
+            }
+        }
+    }
+    return sight;
+}
+
+// The corners of a cell that light the part of it that a position lies in, a bit each.
+fn corners_lighting(number: u32, position: vec3f) -> u32 {
+    let cell = grid_cells[number];
+    var part = 0u;
+    for (var i = 0u; i < 4u; i++) {
+        let plane = cell.planes[i];
+        if plane == NONE {
+            break;
+        }
+        part |= select(0u, 1u << i, dot(grid_planes[plane], vec4f(position, 1.0)) > 0.0);
+    }
+    return cell.corners[part >> 2u] >> (8u * (part & 3u)) & 0xFFu;
+}
+
+// Outside the grid, and where a cell has no vertices, the nearest ones to the cell's corners.
+fn nearest_if_outside(position: vec3f) -> GridCorners {
+    let place = cell_place(position);
+    var corners: GridCorners;
+    var is_empty = true;
+    for (var i = 0u; i < 8u; i++) {
+        let corner = corner_at(i);
+        let vertex = place_at(place.cell + corner).vertex;
+        is_empty = is_empty && (vertex & BORROWED) != 0u;
+        corners.vertices[i] = vertex & ~BORROWED;
+        corners.weights[i] = trilinear_share(place, corner);
+    }
+    corners.is_lit = is_empty || any(place.position != position);
+    for (var i = 0u; i < 8u; i++) {
+        corners.weights[i] = select(0.0, corners.weights[i], corners.is_lit);
+    }
+    return corners;
+}
