@@ -3,30 +3,19 @@
 
 #[path = "../../probelight-runtime/tests/support/gpu.rs"]
 mod gpu;
+#[path = "support/shown_difference.rs"]
+mod shown_difference;
 mod support;
 
 use std::path::{Path, PathBuf};
 
-use probelight_eval::{ImageView, flip};
 use probelight_math::glam::Vec3;
 use probelight_render::gpu::{GpuView, PictureTarget, Presenter, Shading, ViewOptions};
 use probelight_render::{DisplayImage, Exposure, Image, RenderOutput, ToneMap};
 use probelight_runtime::gpu::GpuDevice;
 use probelight_runtime::gpu::readback::read_texture;
+use shown_difference::{difference, shown_difference};
 use support::{GpuPictures, baked_cornell, cpu_picture, lit_scene, picture_lit_on_gpu};
-
-/// Mean FLIP difference of two pictures, both shown with the exposure that suits the second.
-fn shown_difference(image: &Image, reference: &Image) -> f64 {
-    let tone_map = ToneMap::new(Exposure::Automatic, reference);
-    let shown = [image, reference].map(|image| tone_map.display_from_image(image));
-    difference(&shown[0], &shown[1])
-}
-
-fn difference(image: &Image, reference: &Image) -> f64 {
-    let [image, reference] =
-        [image, reference].map(|i| ImageView::new(i.width as usize, i.height as usize, &i.pixels).unwrap());
-    flip(&image, &reference).unwrap()
-}
 
 /// Pictures of indirect light are the same but for noise at edges and mip levels of textures. Those with direct light
 /// also differ along the borders of shadows, which maps blur over three texels.

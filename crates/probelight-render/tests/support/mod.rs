@@ -29,7 +29,12 @@ pub(crate) fn lit_scene(name: &str) -> LitExample {
     }
     let options = match name {
         // Its patches of sun are small: it needs more samples, which the hybrid method has.
-        "rooms" => BakeOptions { receivers: Some(20_000), gather_rays: Some(16), ..BakeOptions::default() },
+        "rooms" => BakeOptions {
+            receivers: Some(20_000),
+            gather_rays: Some(16),
+            grid_vertices: Some(0),
+            ..BakeOptions::default()
+        },
         _ => BakeOptions {
             method: Some(Method::Paper),
             receivers: Some(3_000),
@@ -37,10 +42,28 @@ pub(crate) fn lit_scene(name: &str) -> LitExample {
             relight_rays: Some(64),
             sh_degree: Some(3),
             max_rank: Some(8),
+            grid_vertices: Some(0),
             ..BakeOptions::default()
         },
     };
     lit(bake(Arc::new(scene), &options, None, &Silent).unwrap(), name)
+}
+
+/// The Cornell box without its blocks and with a grid, and the camera nearer to it.
+pub(crate) fn cornell_with_grid() -> LitExample {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/scenes/cornell_empty.glb");
+    let options = BakeOptions {
+        receivers: Some(2_000),
+        gather_rays: Some(64),
+        relight_rays: Some(64),
+        sh_degree: Some(3),
+        grid_spacing: Some(0.8),
+        ..BakeOptions::default()
+    };
+    let scene = Arc::new(load_gltf(&path).unwrap());
+    let mut lit = lit(bake(scene, &options, None, &Silent).unwrap(), "cornell");
+    lit.camera.position.z = -3.0;
+    lit
 }
 
 /// The Cornell box from a baked file, so that its pictures only change when the renderer or the runtime does. Made by
@@ -181,6 +204,9 @@ pub(crate) fn picture_lit_on_gpu(gpu: &GpuDevice, lit: &LitExample, options: Vie
     let baked = lit.runtime.baked();
     let mut runtime = GpuRuntime::new(device, queue, baked.clone(), GpuOptions::default()).unwrap();
     runtime.set_lighting(lit.runtime.lighting().clone()).unwrap();
+    for object in lit.runtime.objects().as_slice() {
+        runtime.objects_mut().insert(object.clone());
+    }
     runtime.converge(1e-3, 30).unwrap();
     let (geometry, shadow_maps, grid) = (runtime.geometry(), runtime.shadow_maps(), runtime.grid());
     let mut renderer = GpuRenderer::new(device, queue, baked.clone(), geometry, shadow_maps, grid).unwrap();
