@@ -20,6 +20,14 @@ pub(crate) struct ObjectFlags {
     pub(crate) objects: Vec<ObjectPath>,
 }
 
+/// How objects of pictures act on what is around them.
+#[derive(Args)]
+pub(crate) struct InfluenceFlags {
+    /// Objects cast shadows of lamps only: they neither hide nor reflect the soft light around them
+    #[arg(long)]
+    pub(crate) no_soft_shadows: bool,
+}
+
 /// The objects of a picture, and where they are when.
 pub(crate) struct Movers {
     movers: Vec<Mover>,

@@ -111,8 +111,18 @@ impl GridBasis {
         values
     }
 
+    /// Of each row, how it adds to the light vector: the directions of axes, those of band 1 of spherical harmonics.
+    pub fn light_axes(self) -> [Vec3; MAX_GRID_ROWS] {
+        let mut axes = [Vec3::ZERO; MAX_GRID_ROWS];
+        match self.kind {
+            GridBasisKind::Sh2 => axes[1..4].copy_from_slice(&[Vec3::Y, Vec3::Z, Vec3::X]),
+            _ => axes.iter_mut().zip(self.axes()).for_each(|(axis, direction)| *axis = direction),
+        }
+        axes
+    }
+
     /// Unit directions of the rows, without those of spherical harmonics.
-    pub fn axes(self) -> impl Iterator<Item = Vec3> {
+    fn axes(self) -> impl Iterator<Item = Vec3> {
         const AXES: [[i8; 3]; 6] = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
         let corners = (0..8u8).map(|i| [0, 1, 2].map(|axis| 2 * (i >> axis & 1) as i8 - 1));
         let edges = (0..12u8).map(|i| {

@@ -136,8 +136,16 @@ fn the_first_frame_of_an_object_that_jumps_is_right() {
     // Only what the object's shadow takes from bounced light needs more frames.
     let (first, last) = (light(&jumped), light(&there));
     assert!((first / last - 1.0).abs() < 0.05, "{first} {last}");
-    let outside = here;
-    assert!(there.irradiance_in_air(outside, Vec3::Y).is_none(), "cells without objects are not computed");
+}
+
+#[test]
+fn only_cells_around_objects_are_computed() {
+    let mut runtime = runtime();
+    let small = Placement { scale: 0.05, ..Placement::at(Vec3::splat(1.0)) };
+    runtime.objects_mut().insert(cube_at(small));
+    runtime.step(&FrameInput::default());
+    assert!(runtime.irradiance_in_air(Vec3::splat(1.0), Vec3::Y).is_some());
+    assert!(runtime.irradiance_in_air(Vec3::new(4.5, 4.5, 4.5), Vec3::Y).is_none());
 }
 
 #[test]

@@ -12,8 +12,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_math::sampling::{hash_pair, sobol_owen};
-use probelight_runtime::Runtime;
-use probelight_runtime::SurfaceColors;
+use probelight_runtime::{ObjectInfluence, Runtime, SurfaceColors};
 use probelight_scene::{Camera, Lighting, Scene};
 use probelight_trace::{
     Cancelled, Hit, Progress, Ray, TracedObject, World, WorldHit, smooth_direct_irradiance,
@@ -32,6 +31,11 @@ pub trait Surfaces: Sync {
     /// nothing is known.
     fn irradiance_in_air(&self, _position: Vec3, _normal: Vec3) -> Vec3 {
         Vec3::ZERO
+    }
+
+    /// What objects make of that light at a point of a surface, of the object of some index or of the scene.
+    fn object_influence(&self, _position: Vec3, _normal: Vec3, _own: Option<usize>) -> ObjectInfluence {
+        ObjectInfluence::NONE
     }
 
     /// Diffuse albedo at a hit, linear.
@@ -57,6 +61,10 @@ impl Surfaces for Runtime {
     fn irradiance_in_air(&self, position: Vec3, normal: Vec3) -> Vec3 {
         // Of all that is seen, the boxes of objects made the last frame compute it.
         self.grid().irradiance(position, normal).unwrap_or(Vec3::ZERO)
+    }
+
+    fn object_influence(&self, position: Vec3, normal: Vec3, own: Option<usize>) -> ObjectInfluence {
+        Runtime::object_influence(self, position, normal, own)
     }
 
     fn albedo(&self, scene: &Scene, hit: &Hit) -> Vec3 {
@@ -178,14 +186,17 @@ impl View<'_> {
         };
         let position = ray.origin + ray.direction * hit.distance;
         let surface = match object {
-            Some(object) => self.object_surface(object, &hit, position),
+            Some(index) => self.object_surface(&self.world.objects[index], &hit, position),
             None => self.scene_surface(&hit),
         };
         let direct = || {
             let Self { world, lighting, .. } = self;
             smooth_direct_irradiance(world, &lighting.lights, position, hit.normal, surface.shading_normal)
         };
-        let Surface { emission, irradiance, .. } = surface;
+        let objects = || self.surfaces.object_influence(position, surface.shading_normal, object);
+        let ObjectInfluence { left, reflected } =
+            if output == RenderOutput::Direct { ObjectInfluence::NONE } else { objects() };
+        let (emission, irradiance) = (surface.emission, surface.irradiance * left + reflected);
         let reflectance = surface.albedo * FRAC_1_PI;
         match output {
             RenderOutput::Full => emission + reflectance * (direct() + irradiance),

@@ -98,7 +98,9 @@ fn objects_that_left_leave_no_shadow() {
     let with = picture(&mut runtime);
     runtime.objects_mut().place(ids[0], Placement::at(Vec3::splat(90.0))).unwrap();
     let with_one = picture(&mut runtime);
-    ids.map(|id| runtime.objects_mut().remove(id).unwrap());
+    for id in ids {
+        runtime.objects_mut().remove(id).unwrap();
+    }
     let after = picture(&mut runtime);
     assert_eq!(before.pixels, after.pixels);
     assert!(mean(&with) != mean(&before) && mean(&with_one) != mean(&with));

@@ -1,7 +1,11 @@
 //! Irradiance in free space, between the vertices of the grid (\[SED\] §4).
 
-use probelight_asset::BakedScene;
+use std::f32::consts::FRAC_1_PI;
+
+use probelight_asset::{BakedScene, GridBasis, GridBasisKind, MAX_GRID_ROWS};
+use probelight_math::color::luminance;
 use probelight_math::glam::{IVec3, UVec3, Vec3};
+use probelight_math::sh::{band, cosine_lobe};
 
 use crate::GridPlaces;
 
@@ -26,7 +30,12 @@ impl<'a> IrradianceGrid<'a> {
     /// Irradiance (W/m²) of a surface at a world position that faces along `normal` (unit), never negative. `None` if the
     /// scene was baked without a grid.
     pub fn irradiance(&self, position: Vec3, normal: Vec3) -> Option<Vec3> {
-        self.between(&self.vertices_lighting(position, normal), normal)
+        Some(self.light(position, normal)?.irradiance(normal))
+    }
+
+    /// Light around a point of a surface that faces along `normal` (unit). `None` if the scene was baked without a grid.
+    pub fn light(&self, position: Vec3, normal: Vec3) -> Option<GridLight> {
+        self.baked.has_grid().then(|| self.between(&self.vertices_lighting(position, normal)))
     }
 
     /// The vertices that light a point of a surface that faces along `normal` (unit); the weights sum to one. None has any
@@ -40,16 +49,15 @@ impl<'a> IrradianceGrid<'a> {
         vertices.or_else(|| self.nearest_if_outside(position)).unwrap_or(NO_VERTICES)
     }
 
-    /// Irradiance between some vertices; `None` without a grid.
-    pub(crate) fn between(&self, vertices: &[WeightedVertex], normal: Vec3) -> Option<Vec3> {
-        let weights = self.baked.settings.grid_basis.read_weights(normal);
-        let mut sum = Vec3::ZERO;
+    /// Light between some vertices.
+    pub(crate) fn between(&self, vertices: &[WeightedVertex]) -> GridLight {
+        let mut rows = [Vec3::ZERO; MAX_GRID_ROWS];
         for (vertex, weight) in vertices.iter().filter(|(_, weight)| *weight > 0.0) {
-            for (receiver, row) in self.baked.vertex_receivers(*vertex).iter().zip(weights) {
-                sum += (*weight * row) * self.values[*receiver as usize];
+            for (row, receiver) in rows.iter_mut().zip(self.baked.vertex_receivers(*vertex)) {
+                *row += *weight * self.values[*receiver as usize];
             }
         }
-        self.baked.has_grid().then(|| sum.max(Vec3::ZERO))
+        GridLight { basis: self.baked.settings.grid_basis, rows }
     }
 
     /// The corners of a position's cell, as far as they light it: trilinear weights, and walls between.
@@ -110,6 +118,87 @@ impl<'a> IrradianceGrid<'a> {
         (is_empty || place.position != position).then(|| std::array::from_fn(|i| corner(i as u32)))
     }
 }
+
+/// Light around a place in free space.
+#[derive(Clone, Copy, Debug)]
+pub struct GridLight {
+    basis: GridBasis,
+    rows: [Vec3; MAX_GRID_ROWS],
+}
+
+impl GridLight {
+    /// Irradiance (W/m²) of a surface that faces along `normal` (unit), never negative.
+    pub fn irradiance(&self, normal: Vec3) -> Vec3 {
+        self.read(&self.basis.read_weights(normal))
+    }
+
+    /// Radiance (W·m⁻²·sr⁻¹) from a unit direction, as coarse as the basis has it, never negative.
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        let mut weights = self.basis.read_weights(direction);
+        match self.basis.kind {
+            // What the cosine of irradiance took from each band is given back.
+            GridBasisKind::Sh2 => {
+                weights.iter_mut().take(9).enumerate().for_each(|(row, w)| *w /= cosine_lobe(band(row)));
+            }
+            _ => weights.iter_mut().for_each(|weight| *weight *= FRAC_1_PI),
+        }
+        self.read(&weights)
+    }
+
+    /// Where most of the light comes from (\[SED\] figure 4): a unit vector, or zero where no side is brighter than another.
+    pub fn light_vector(&self) -> Vec3 {
+        let axes = self.basis.light_axes();
+        let sum: Vec3 = self.rows.iter().zip(axes).map(|(row, axis)| axis * luminance(*row)).sum();
+        sum.normalize_or_zero()
+    }
+
+    /// The light that a surface which faces along `normal` (unit) sees, as a lamp in light that is even.
+    ///
+    /// A lamp of half opening angle α has a share (1 + cos α) / 2 of its flux along its direction, and cos α (1 + cos α) / 2 in
+    /// the second Legendre polynomial about it; even light has none of either. What lies behind the surface is left out: it
+    /// is taken for even light of its own, of which a hemisphere has none of the second.
+    pub fn lamp(&self, normal: Vec3) -> Lamp {
+        let along = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| [self.irradiance(axis), self.irradiance(-axis)]);
+        // The sum over six axes weighs all directions nearly alike: ∫ L (|x| + |y| + |z|), exactly in two bands.
+        let all: Vec3 = along.iter().flatten().sum::<Vec3>() / 1.5;
+        let behind = self.irradiance(-normal);
+        let mut even = Vec3::ZERO;
+        let mut lamp = Lamp { direction: normal, cosine: 0.0, flux: Vec3::ZERO };
+        for _ in 0..LAMP_PASSES {
+            let component = |axis: usize| along[axis][0] - along[axis][1] + (behind - even) * normal[axis];
+            let vector = [0, 1, 2].map(component);
+            let direction = Vec3::from(vector.map(luminance)).normalize_or(normal);
+            let flux = (0..3).map(|axis| vector[axis] * direction[axis]).sum::<Vec3>().max(Vec3::ZERO);
+            let across = self.irradiance(direction) + self.irradiance(-direction) - 0.5 * all;
+            let cosine =
+                (1.6 * luminance(across) / luminance(flux).max(f32::MIN_POSITIVE)).clamp(0.0, SMALLEST_LAMP);
+            lamp = Lamp { direction, cosine, flux: 2.0 * flux / (1.0 + cosine) };
+            even = (0.5 * (all - lamp.flux) - behind).max(Vec3::ZERO);
+        }
+        lamp
+    }
+
+    fn read(&self, weights: &[f32; MAX_GRID_ROWS]) -> Vec3 {
+        self.rows.iter().zip(weights).map(|(row, weight)| *row * *weight).sum::<Vec3>().max(Vec3::ZERO)
+    }
+}
+
+/// A round light source far away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lamp {
+    /// Unit vector towards it; zero without one.
+    pub direction: Vec3,
+    /// Cosine of its half opening angle.
+    pub cosine: f32,
+    /// Irradiance of a surface that faces it, W/m², but for its width: the integral of its radiance.
+    pub flux: Vec3,
+}
+
+/// Largest cosine of a lamp's half opening angle: a second band cannot tell smaller ones.
+pub(crate) const SMALLEST_LAMP: f32 = 0.97;
+
+/// How often what is even and what is the lamp are told apart, each by the other.
+pub(crate) const LAMP_PASSES: u32 = 4;
 
 const NO_VERTICES: [WeightedVertex; 8] = [(0, 0.0); 8];
 

@@ -68,6 +68,7 @@ pub mod gpu;
 mod grid_places;
 mod irradiance_grid;
 mod irradiance_lightmap;
+mod object_spheres;
 mod objects;
 #[cfg(feature = "cpu")]
 mod runtime;
@@ -83,8 +84,9 @@ pub use frame::{
     Stage, StageTimings, View, stage_bytes,
 };
 pub use grid_places::GridPlaces;
-pub use irradiance_grid::IrradianceGrid;
+pub use irradiance_grid::{GridLight, IrradianceGrid, Lamp};
 pub use irradiance_lightmap::IrradianceLightmap;
+pub use object_spheres::{ObjectInfluence, ObjectSphere, SPHERES_PER_OBJECT};
 pub use objects::{ObjectId, Objects};
 #[cfg(feature = "cpu")]
 pub use runtime::Runtime;

@@ -4,21 +4,43 @@ use std::sync::Arc;
 
 use probelight_scene::{Bounds, Object, Placement, Scene};
 
-use crate::RuntimeError;
+use crate::object_spheres::fit_spheres;
+use crate::{ObjectSphere, RuntimeError};
 
 /// The handle of an object in one runtime; never given twice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ObjectId(u64);
 
 /// The objects of a scene, in the order in which they came.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Objects {
     ids: Vec<ObjectId>,
     objects: Vec<Object>,
     bounds: Vec<Bounds>,
+    /// Of each object, those of its model.
+    model_spheres: Vec<Arc<[ObjectSphere]>>,
+    /// Of all objects, in their places; renewed by each frame.
+    spheres: Vec<ObjectSphere>,
     next: u64,
+    influence: bool,
     /// Whether anything changed since the last frame.
     stale: bool,
+}
+
+impl Default for Objects {
+    /// None.
+    fn default() -> Self {
+        Self {
+            ids: Vec::new(),
+            objects: Vec::new(),
+            bounds: Vec::new(),
+            model_spheres: Vec::new(),
+            spheres: Vec::new(),
+            next: 0,
+            influence: true,
+            stale: false,
+        }
+    }
 }
 
 impl Objects {
@@ -27,7 +49,9 @@ impl Objects {
         let id = ObjectId(self.next);
         self.next += 1;
         self.ids.push(id);
-        self.bounds.push(object.bounds());
+        let spheres = self.spheres_of(object.model());
+        self.bounds.push(reached_bounds(&object, &spheres));
+        self.model_spheres.push(spheres);
         self.objects.push(object);
         self.stale = true;
         id
@@ -42,6 +66,7 @@ impl Objects {
         self.stale = true;
         self.ids.remove(index);
         self.bounds.remove(index);
+        self.model_spheres.remove(index);
         Ok(self.objects.remove(index))
     }
 
@@ -53,7 +78,7 @@ impl Objects {
         let index = self.index(id)?;
         if *self.objects[index].placement() != placement {
             self.objects[index].place(placement).map_err(RuntimeError::Object)?;
-            self.bounds[index] = self.objects[index].bounds();
+            self.bounds[index] = reached_bounds(&self.objects[index], &self.model_spheres[index]);
             self.stale = true;
         }
         Ok(())
@@ -66,10 +91,18 @@ impl Objects {
     pub fn reshape(&mut self, id: ObjectId, model: Arc<Scene>) -> Result<(), RuntimeError> {
         let index = self.index(id)?;
         let placement = *self.objects[index].placement();
+        self.model_spheres[index] = self.spheres_of(&model);
         self.objects[index] = Object::new(model, placement).map_err(RuntimeError::Object)?;
-        self.bounds[index] = self.objects[index].bounds();
+        self.bounds[index] = reached_bounds(&self.objects[index], &self.model_spheres[index]);
         self.stale = true;
         Ok(())
+    }
+
+    /// Whether objects darken and colour the soft light around them, as [`ObjectInfluence`](crate::ObjectInfluence) has it.
+    /// They do unless they are told otherwise; shadows of analytic lights are not affected.
+    pub fn set_influence(&mut self, influence: bool) {
+        self.stale |= self.influence != influence;
+        self.influence = influence;
     }
 
     /// An object, if there is one of this handle.
@@ -82,18 +115,43 @@ impl Objects {
         &self.objects
     }
 
-    /// The smallest world box around each, metres.
-    pub fn bounds(&self) -> &[Bounds] {
+    /// A world box around each and all that it [darkens](ObjectSphere), metres.
+    pub(crate) fn bounds(&self) -> &[Bounds] {
         &self.bounds
     }
 
-    /// Whether anything changed since this was last asked.
+    /// Spheres in place of the objects of the last frame, world space.
+    pub fn spheres(&self) -> &[ObjectSphere] {
+        &self.spheres
+    }
+
+    /// Whether anything changed since this was last asked. Then the spheres are put to their places.
     pub(crate) fn take_stale(&mut self) -> bool {
-        std::mem::take(&mut self.stale)
+        let stale = std::mem::take(&mut self.stale);
+        if stale {
+            self.spheres.clear();
+            let models = if self.influence { &self.model_spheres[..] } else { &[] };
+            for ((number, object), spheres) in (0..).zip(&self.objects).zip(models) {
+                self.spheres.extend(spheres.iter().map(|sphere| sphere.placed(object.placement(), number)));
+            }
+        }
+        stale
+    }
+
+    fn spheres_of(&self, model: &Arc<Scene>) -> Arc<[ObjectSphere]> {
+        let same = self.objects.iter().position(|object| Arc::ptr_eq(object.model(), model));
+        let known = same.and_then(|index| self.model_spheres.get(index));
+        known.map_or_else(|| fit_spheres(model).into(), Arc::clone)
     }
 
     fn index(&self, id: ObjectId) -> Result<usize, RuntimeError> {
         // Handles grow from one object to the next.
         self.ids.binary_search_by_key(&id.0, |other| other.0).map_err(|_| RuntimeError::UnknownObject)
     }
+}
+
+fn reached_bounds(object: &Object, spheres: &[ObjectSphere]) -> Bounds {
+    let bounds = object.bounds();
+    let reach = spheres.iter().map(|sphere| sphere.reach).fold(0.0, f32::max) * object.placement().scale;
+    Bounds { min: bounds.min - reach, max: bounds.max + reach }
 }

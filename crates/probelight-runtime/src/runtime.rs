@@ -14,8 +14,8 @@ use crate::frame::{FramePlans, ReceiverPlace};
 use crate::irradiance_grid::WeightedVertex;
 use crate::scene_state::SceneState;
 use crate::{
-    Convergence, FrameInput, FramePlan, GridPlaces, IrradianceGrid, IrradianceLightmap, LodSettings, Objects,
-    RuntimeError, Stage, StageTimings, SurfaceColors,
+    Convergence, FrameInput, FramePlan, GridPlaces, IrradianceGrid, IrradianceLightmap, LodSettings,
+    ObjectInfluence, Objects, RuntimeError, Stage, StageTimings, SurfaceColors,
 };
 
 /// Lights a baked scene, frame by frame. Feature `cpu`, on by default.
@@ -248,7 +248,16 @@ impl Runtime {
                 })
         };
         let vertices = self.grid().vertices_lighting(position, normal);
-        if vertices.iter().all(is_computed) { self.grid().between(&vertices, normal) } else { None }
+        let is_known = self.baked.has_grid() && vertices.iter().all(is_computed);
+        is_known.then(|| self.grid().between(&vertices).irradiance(normal))
+    }
+
+    /// What objects make of the lightmap's light, or that of free space, at a point of a surface that faces along `normal`
+    /// (unit). `own` is the place among [`objects`](Self::objects) of the object that the surface belongs to, if it does.
+    pub fn object_influence(&self, position: Vec3, normal: Vec3, own: Option<usize>) -> ObjectInfluence {
+        let own = own.map(|index| index as u32);
+        let light = || self.grid().light(position, normal);
+        ObjectInfluence::of(self.state.objects.spheres(), own, position, normal, light)
     }
 
     /// The grid in free space with the light of the last frame, as far as that computed it.

@@ -108,22 +108,22 @@ impl<'a> From<&'a Tracer> for World<'a> {
 }
 
 /// The nearest surface along a ray.
-#[derive(Clone, Copy)]
-pub struct WorldHit<'a> {
+#[derive(Clone, Copy, Debug)]
+pub struct WorldHit {
     /// The hit; its triangle is one of the object's model, if there is an object.
     pub hit: Hit,
-    /// The object that was met, or `None` for the scene.
-    pub object: Option<&'a TracedObject>,
+    /// Which of the objects was met, or `None` for the scene.
+    pub object: Option<usize>,
 }
 
-impl<'a> World<'a> {
+impl World<'_> {
     /// The nearest hit along a ray, or `None` if it leaves the scene.
-    pub fn closest_hit(&self, ray: &Ray) -> Option<WorldHit<'a>> {
+    pub fn closest_hit(&self, ray: &Ray) -> Option<WorldHit> {
         let mut nearest = self.tracer.closest_hit(ray).map(|hit| WorldHit { hit, object: None });
-        for object in self.objects {
+        for (index, object) in self.objects.iter().enumerate() {
             let max_distance = nearest.map_or(ray.max_distance, |nearest| nearest.hit.distance);
             if let Some(hit) = object.closest_hit(&Ray { max_distance, ..*ray }) {
-                nearest = Some(WorldHit { hit, object: Some(object) });
+                nearest = Some(WorldHit { hit, object: Some(index) });
             }
         }
         nearest

@@ -186,6 +186,7 @@ impl GpuRenderer {
 
     fn draw_surfaces(&self, pass: &mut wgpu::RenderPass, scene: &LitScene) {
         pass.set_bind_group(0, scene.shadow_maps.bind_group(), &[]);
+        pass.set_bind_group(3, scene.grid.bind_group(), &[]);
         pass.set_vertex_buffer(0, scene.geometry.positions.slice(..));
         pass.set_vertex_buffer(1, self.attributes.slice(..));
         for part in &scene.geometry.parts {
@@ -201,8 +202,6 @@ impl GpuRenderer {
     fn draw_objects(&self, pass: &mut wgpu::RenderPass, scene: &LitScene) {
         for model in &scene.moving.models {
             let Some(surfaces) = self.moving.of(&model.model) else { continue };
-            pass.set_bind_group(0, scene.shadow_maps.bind_group(), &[]);
-            pass.set_bind_group(3, scene.grid.bind_group(), &[]);
             pass.set_vertex_buffer(0, model.geometry.positions.slice(..));
             pass.set_vertex_buffer(1, surfaces.attributes.slice(..));
             for part in &model.geometry.parts {

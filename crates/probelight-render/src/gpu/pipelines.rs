@@ -38,7 +38,7 @@ impl Pipelines {
             has_depth: true,
             is_masked: false,
         };
-        let surface_layouts = [Some(lights), Some(frame), Some(material)];
+        let surface_layouts = [Some(lights), Some(frame), Some(material), Some(grid)];
         let marker_layouts = [None, Some(frame), Some(&marker_layout)];
         let surfaces = Drawn {
             attributes: &attributes,
@@ -46,11 +46,8 @@ impl Pipelines {
         };
         let masked =
             |drawn: &Drawn, entries| Drawn { is_masked: true, entries, ..drawn.clone() }.pipeline(device);
-        let object_layouts = [Some(lights), Some(frame), Some(material), Some(grid)];
-        let object = Drawn {
-            attributes: &attributes,
-            ..drawn(&objects, ["object_vertex", "object_color"], &object_layouts)
-        };
+        let object =
+            Drawn { module: &objects, entries: ["object_vertex", "object_color"], ..surfaces.clone() };
         Self {
             masked_surface: masked(&surfaces, ["surface_vertex", "masked_surface_color"]),
             surface: surfaces.pipeline(device),
@@ -153,34 +150,38 @@ pub(super) fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         view_dimension: wgpu::TextureViewDimension::D2,
         multisampled: false,
     };
-    let types = [
-        buffer(wgpu::BufferBindingType::Uniform),
-        texture,
-        wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-        texture,
-        buffer(wgpu::BufferBindingType::Storage { read_only: true }),
-        buffer(wgpu::BufferBindingType::Storage { read_only: true }),
-        buffer(wgpu::BufferBindingType::Storage { read_only: true }),
-    ];
-    layout(device, "frame", &types)
+    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+    let uniform = buffer(wgpu::BufferBindingType::Uniform);
+    let fragment = [uniform, texture, sampler, texture, STORAGE, STORAGE].map(|ty| (ty, BOTH_STAGES));
+    // With the places of objects, fragment shaders would bind more storage buffers than WebGPU guarantees.
+    let vertex = [(STORAGE, wgpu::ShaderStages::VERTEX)];
+    layout(device, "frame", fragment.into_iter().chain(vertex))
 }
 
 fn marker_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    layout(device, "markers", &[buffer(wgpu::BufferBindingType::Storage { read_only: true }); 2])
+    layout(device, "markers", [(STORAGE, BOTH_STAGES); 2])
 }
 
-fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+const BOTH_STAGES: wgpu::ShaderStages = wgpu::ShaderStages::VERTEX_FRAGMENT;
+
+const STORAGE: wgpu::BindingType = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+
+const fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
     wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
 }
 
-/// A layout of bindings 0, 1, … for vertex and fragment shaders.
-fn layout(device: &wgpu::Device, label: &str, types: &[wgpu::BindingType]) -> wgpu::BindGroupLayout {
+/// A layout of bindings 0, 1, … for some shaders.
+fn layout(
+    device: &wgpu::Device,
+    label: &str,
+    types: impl IntoIterator<Item = (wgpu::BindingType, wgpu::ShaderStages)>,
+) -> wgpu::BindGroupLayout {
     let entries: Vec<_> = (0..)
         .zip(types)
-        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+        .map(|(binding, (ty, visibility))| wgpu::BindGroupLayoutEntry {
             binding,
-            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-            ty: *ty,
+            visibility,
+            ty,
             count: None,
         })
         .collect();

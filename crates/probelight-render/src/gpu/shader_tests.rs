@@ -1,6 +1,6 @@
 //! What can be tested of the shaders without a GPU.
 
-use probelight_runtime::gpu::shaders::{GRID, LIGHTS, PLACEMENTS, SHADOW_MAPS};
+use probelight_runtime::gpu::shaders::{GRID, LIGHTS, OBJECT_SPHERES, PLACEMENTS, SHADOW_MAPS};
 
 use super::frame_record::FrameRecord;
 use super::markers::{MarkerRecord, SLICES, STACKS};
@@ -62,7 +62,7 @@ fn partners() -> Partners {
             "DIELECTRIC",
             "LEAST_ROUGHNESS",
         ],
-        compared_elsewhere: &[LIGHTS, SHADOW_MAPS, PLACEMENTS, GRID],
+        compared_elsewhere: &[LIGHTS, SHADOW_MAPS, PLACEMENTS, GRID, OBJECT_SPHERES],
     }
 }
 
@@ -76,7 +76,7 @@ fn a_wrong_partner_is_noticed() {
     let mut partners = partners();
     partners.records[3].1 = partners.records[2].1.clone();
     partners.constants[0].1 = vec![7.0];
-    partners.compared_elsewhere = &[SHADOW_MAPS, PLACEMENTS, GRID];
+    partners.compared_elsewhere = &[SHADOW_MAPS, PLACEMENTS, GRID, OBJECT_SPHERES];
     let wrong = partners.compare(&sources()).join("\n");
     for name in ["struct Display", "const SHADING_DIFFUSE", "struct Lights", "const MAX_LIGHTS"] {
         assert!(wrong.contains(name), "{name} is not in {wrong}");

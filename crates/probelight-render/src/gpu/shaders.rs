@@ -1,6 +1,6 @@
 //! WGSL sources. A shader is the files that it needs, one after another.
 
-use probelight_runtime::gpu::shaders::{GRID, LIGHTS, PLACEMENTS, SHADOW_MAPS};
+use probelight_runtime::gpu::shaders::{GRID, LIGHTS, OBJECT_SPHERES, PLACEMENTS, SHADOW_MAPS};
 
 const FRAME: &str = include_str!("../shaders/frame.wgsl");
 const MATERIAL: &str = include_str!("../shaders/material.wgsl");
@@ -10,12 +10,12 @@ const SURFACE: &str = include_str!("../shaders/surface.wgsl");
 
 /// Surfaces of the scene.
 pub(super) fn surface() -> String {
-    [LIGHTS, SHADOW_MAPS, FRAME, MATERIAL, BRDF, SURFACE].concat()
+    [LIGHTS, SHADOW_MAPS, GRID, OBJECT_SPHERES, FRAME, MATERIAL, BRDF, SURFACE].concat()
 }
 
 /// Objects.
 pub(super) fn objects() -> String {
-    [&surface(), PLACEMENTS, GRID, include_str!("../shaders/objects.wgsl")].concat()
+    [&surface(), PLACEMENTS, include_str!("../shaders/objects.wgsl")].concat()
 }
 
 /// The sky behind the scene.

@@ -25,16 +25,18 @@ fn brdf(surface: Surface, to_light: vec3f) -> vec3f {
         return surface.base_color / PI;
     }
     let fresnel = fresnel_towards(surface, to_light);
-    return (1.0 - fresnel) * diffuse_albedo(surface) / PI + specular_brdf(surface, to_light);
+    return (1.0 - fresnel) * diffuse_albedo(surface) / PI + specular_brdf(surface, to_light, 1.0);
 }
 
-// The same of the layer alone.
-fn specular_brdf(surface: Surface, to_light: vec3f) -> vec3f {
+// The same of the layer alone. A light as wide as a half opening angle of some cosine makes highlights wider by its sine
+// (Karis, "Real Shading in Unreal Engine 4", 2013), with as much light in them.
+fn specular_brdf(surface: Surface, to_light: vec3f, cosine: f32) -> vec3f {
     let half_way = normalize(to_light + surface.to_eye);
     let n_l = max(dot(surface.normal, to_light), 1e-4);
     let n_v = max(dot(surface.normal, surface.to_eye), 1e-4);
     let n_h = saturate(dot(surface.normal, half_way));
-    let alpha = pow(max(surface.roughness, LEAST_ROUGHNESS), 2.0);
+    let width = 0.5 * sqrt(max(1.0 - cosine * cosine, 0.0));
+    let alpha = saturate(pow(max(surface.roughness, LEAST_ROUGHNESS), 2.0) + width);
     return fresnel_towards(surface, to_light) * ggx_distribution(n_h, alpha) * ggx_visibility(n_l, n_v, alpha);
 }
 

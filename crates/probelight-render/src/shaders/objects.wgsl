@@ -1,4 +1,4 @@
-// Objects that move through the scene. Needs placements.wgsl, grid.wgsl and all that surface.wgsl needs, and that.
+// Objects that move through the scene. Needs placements.wgsl and surface.wgsl with all that it needs.
 
 // Each object, in the order of models.
 @group(1) @binding(6) var<storage, read> placements: array<Placement>;
@@ -11,6 +11,7 @@ struct ObjectVertex {
     @location(2) @interpolate(perspective, centroid) normal: vec3f,
     @location(3) @interpolate(perspective, centroid) tangent: vec4f,
     @location(4) @interpolate(flat) face_normal: vec3f,
+    @location(5) @interpolate(flat) number: u32,
 }
 
 @vertex
@@ -31,18 +32,19 @@ fn object_vertex(
         placed_direction(placement, normal.xyz),
         vec4f(placed_direction(placement, tangent.xyz), tangent.w),
         placed_direction(placement, face_normal.xyz),
+        placement.number,
     );
 }
 
 @fragment
 fn object_color(vertex: ObjectVertex) -> @location(0) vec4f {
-    return vec4f(color_of_object(object_at(vertex)), 1.0);
+    return vec4f(color_of_object(object_at(vertex), vertex.number), 1.0);
 }
 
 @fragment
 fn masked_object_color(vertex: ObjectVertex) -> @location(0) vec4f {
     let surface = object_at(vertex);
-    return vec4f(color_of_object(surface), coverage(surface));
+    return vec4f(color_of_object(surface, vertex.number), coverage(surface));
 }
 
 // Objects are shaded by their vertices' normals even where the scene is not: their light is known for any normal.
@@ -55,7 +57,7 @@ fn object_at(vertex: ObjectVertex) -> Surface {
     return surface;
 }
 
-fn color_of_object(surface: Surface) -> vec3f {
+fn color_of_object(surface: Surface, number: u32) -> vec3f {
     switch frame.view {
         case VIEW_ALBEDO: { return surface.base_color; }
         case VIEW_NORMALS: { return 0.5 + 0.5 * surface.normal; }
@@ -65,7 +67,8 @@ fn color_of_object(surface: Surface) -> vec3f {
         default: {}
     }
     var light = light_in_air(surface.position, surface.face_normal);
-    let irradiance = irradiance_from(&light, surface.normal);
+    let others = object_influence(0u, number, surface.position, surface.normal, &light);
+    let irradiance = irradiance_from(&light, surface.normal) * others.left + others.reflected;
     if frame.view == VIEW_IRRADIANCE {
         return irradiance;
     }
@@ -77,20 +80,16 @@ fn color_of_object(surface: Surface) -> vec3f {
     return all * select(1.0, 0.3, frame.view == VIEW_PROBES || frame.view == VIEW_LIGHT_SAMPLES);
 }
 
-// What an object reflects of the light in free space. For its gloss the light is taken for a sum of two: that of a lamp where
-// the light vector points to ([SED] figure 4), and even light.
+// What an object reflects of the light in free space, of which `irradiance` arrives. Its gloss takes the light for a lamp in
+// even light ([SED] figure 4).
 fn reflected_in_air(surface: Surface, light: ptr<function, GridLight>, irradiance: vec3f) -> vec3f {
     if frame.shading == SHADING_DIFFUSE {
         return surface.base_color / PI * irradiance;
     }
+    let lamp = lamp_of(light, surface.normal);
+    let of_lamp = lamp.flux * max(dot(surface.normal, lamp.direction), 0.0);
+    let even = max(irradiance - of_lamp, vec3f(0.0));
     let diffuse = diffuse_albedo(surface) / PI * irradiance;
-    let to_lamp = light_vector(light);
-    let before = irradiance_from(light, to_lamp);
-    let behind = irradiance_from(light, -to_lamp);
-    let lamp = max(before - behind, vec3f(0.0));
-    let mirrored = reflect(-surface.to_eye, surface.normal);
-    let towards = max(dot(mirrored, to_lamp), 0.0);
-    let even = max(irradiance_from(light, mirrored) - towards * lamp, vec3f(0.0));
-    let highlight = max(dot(surface.normal, to_lamp), 0.0) * specular_brdf(surface, to_lamp) * lamp;
+    let highlight = specular_brdf(surface, lamp.direction, lamp.cosine) * min(of_lamp, irradiance);
     return surface.occlusion * (diffuse + highlight + specular_albedo(surface) / PI * even);
 }

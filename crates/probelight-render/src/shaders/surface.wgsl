@@ -1,4 +1,5 @@
-// Surfaces of the scene. Needs lights.wgsl, shadow_maps.wgsl, frame.wgsl, material.wgsl and brdf.wgsl.
+// Surfaces of the scene. Needs lights.wgsl, shadow_maps.wgsl, grid.wgsl, object_spheres.wgsl, frame.wgsl, material.wgsl
+// and brdf.wgsl.
 
 @vertex
 fn surface_vertex(
@@ -32,7 +33,7 @@ fn color_of_view(surface: Surface) -> vec3f {
     switch frame.view {
         case VIEW_DIRECT: { return surface.emission + direct_light(surface); }
         case VIEW_INDIRECT: { return indirect_light(surface); }
-        case VIEW_IRRADIANCE: { return irradiance(surface); }
+        case VIEW_IRRADIANCE: { return soft_irradiance(surface); }
         case VIEW_ALBEDO: { return surface.base_color; }
         case VIEW_NORMALS: { return 0.5 + 0.5 * surface.normal; }
         case VIEW_LIGHTMAP_TEXELS: { return texel_of(surface); }
@@ -68,7 +69,13 @@ fn indirect_light(surface: Surface) -> vec3f {
     if frame.shading == SHADING_PHYSICAL {
         reflectance = diffuse_albedo(surface) + specular_albedo(surface);
     }
-    return reflectance / PI * surface.occlusion * irradiance(surface);
+    return reflectance / PI * surface.occlusion * soft_irradiance(surface);
+}
+
+// Irradiance of all but the analytic lights, W/m²: that of the lightmap and what objects make of it.
+fn soft_irradiance(surface: Surface) -> vec3f {
+    let objects = object_influence_on_scene(surface.position, surface.face_normal);
+    return irradiance(surface) * objects.left + objects.reflected;
 }
 
 // Irradiance of the lightmap, W/m². Level 0, as charts lie side by side and coarser levels would blend them.

@@ -1,13 +1,15 @@
 //! The grid in free space as shaders read it: `grid.wgsl`.
 
+use std::mem::offset_of;
+
 use bytemuck::{Pod, Zeroable};
 use probelight_asset::{BakedScene, GridBasisKind, GridLobe, MAX_GRID_ROWS};
-use probelight_math::glam::{UVec3, Vec3};
+use probelight_math::glam::UVec3;
 
 use super::device::GpuError;
 use super::storage::Storage;
-use crate::GridPlaces;
 use crate::irradiance_grid::OFF_SURFACE;
+use crate::{GridPlaces, ObjectSphere};
 
 /// `Grid` in `grid.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -20,7 +22,7 @@ pub(super) struct GridRecord {
     pub(super) spacing: [f32; 3],               //       32
     pub(super) off_surface: f32,                //       44
     pub(super) counts: [u32; 3],                //       48
-    pub(super) unused: u32,                     //       60
+    pub(super) sphere_count: u32,               //       60
     pub(super) axes: [[f32; 4]; MAX_GRID_ROWS], //       64
 }
 
@@ -28,11 +30,14 @@ pub(super) const GRID_SH2: u32 = 0;
 pub(super) const GRID_AXES: u32 = 1;
 pub(super) const GRID_SIX_COSINES: u32 = 2;
 
-/// Where the grid's vertices are and what divides them; the light itself is that of the receivers.
+/// Where the grid's vertices are and what divides them, and the spheres in place of objects; the light itself is that of the
+/// receivers.
 #[derive(Debug)]
 pub struct GridTables {
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
+    /// In the order of their bindings; spheres last.
+    buffers: [wgpu::Buffer; 7],
 }
 
 impl GridTables {
@@ -56,21 +61,39 @@ impl GridTables {
             storage.array("planes of the grid", &baked.grid_planes)?,
             storage.array("receivers of the grid", &baked.grid_receivers)?,
             irradiance.clone(),
+            storage.array("spheres of objects", &[] as &[ObjectSphere])?,
         ];
         let layout = layout(device);
-        let entries: Vec<_> = (0..)
-            .zip(&buffers)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("grid"),
-            layout: &layout,
-            entries: &entries,
-        });
-        Ok(Self { layout, bind_group })
+        let bind_group = bind(device, &layout, &buffers);
+        Ok(Self { layout, bind_group, buffers })
     }
 
-    /// Layout of [`bind_group`](Self::bind_group): group 3 of shaders with [`super::shaders::GRID`].
+    /// Takes other spheres in place of objects.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`] if shaders could not bind so many; then they stay as they were.
+    pub fn set_spheres(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        spheres: &[ObjectSphere],
+    ) -> Result<(), GpuError> {
+        let [.., buffer] = &mut self.buffers;
+        let bytes: &[u8] = bytemuck::cast_slice(spheres);
+        if buffer.size() < bytes.len() as u64 {
+            let most = bytes.len().next_power_of_two() as u64;
+            *buffer = Storage::new(device, queue).zeros("spheres of objects", most)?;
+            self.bind_group = bind(device, &self.layout, &self.buffers);
+        }
+        let [grid, .., buffer] = &self.buffers;
+        queue.write_buffer(buffer, 0, bytes);
+        let count = spheres.len() as u32;
+        queue.write_buffer(grid, offset_of!(GridRecord, sphere_count) as u64, bytemuck::bytes_of(&count));
+        Ok(())
+    }
+
+    /// Layout of [`bind_group`](Self::bind_group): group 3 of shaders with [`super::shaders::GRID`] and
+    /// [`super::shaders::OBJECT_SPHERES`].
     pub fn bind_group_layout(&self) -> &wgpu::BindGroupLayout {
         &self.layout
     }
@@ -81,19 +104,18 @@ impl GridTables {
     }
 }
 
+fn bind(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, buffers: &[wgpu::Buffer]) -> wgpu::BindGroup {
+    let entries: Vec<_> = (0..)
+        .zip(buffers)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("grid"), layout, entries: &entries })
+}
+
 fn grid_record(baked: &BakedScene) -> GridRecord {
     let (grid, basis) = (&baked.grid, baked.settings.grid_basis);
     if !baked.has_grid() {
         return GridRecord::zeroed();
-    }
-    let mut axes = [[0.0; 4]; MAX_GRID_ROWS];
-    match basis.kind {
-        GridBasisKind::Sh2 => {
-            for (axis, direction) in axes[1..].iter_mut().zip([Vec3::Y, Vec3::Z, Vec3::X]) {
-                *axis = direction.extend(0.0).to_array();
-            }
-        }
-        _ => axes.iter_mut().zip(basis.axes()).for_each(|(axis, d)| *axis = d.extend(0.0).to_array()),
     }
     GridRecord {
         origin: grid.origin.to_array(),
@@ -107,8 +129,8 @@ fn grid_record(baked: &BakedScene) -> GridRecord {
         spacing: grid.spacing.to_array(),
         off_surface: OFF_SURFACE * grid.spacing.min_element(),
         counts: grid.counts.to_array(),
-        unused: 0,
-        axes,
+        sphere_count: 0,
+        axes: basis.light_axes().map(|axis| axis.extend(0.0).to_array()),
     }
 }
 
@@ -120,7 +142,7 @@ fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
         count: None,
     };
-    let types = [wgpu::BufferBindingType::Uniform, storage, storage, storage, storage, storage];
+    let types = [wgpu::BufferBindingType::Uniform, storage, storage, storage, storage, storage, storage];
     let entries: Vec<_> = (0..).zip(types).map(entry).collect();
     device
         .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("grid"), entries: &entries })

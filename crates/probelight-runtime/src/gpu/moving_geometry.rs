@@ -17,13 +17,17 @@ use super::scene_geometry::SceneGeometry;
 pub(super) struct PlacementRecord {
     /// Rows of the matrix from the model's space to the world.
     pub(super) rows: [[f32; 4]; 3], // 0
+    /// Which of the objects it is.
+    pub(super) number: u32, //        48
+    /// Fills the record.
+    pub(super) unused: [u32; 3], //   52
 }
 
-impl From<&Placement> for PlacementRecord {
-    fn from(placement: &Placement) -> Self {
+impl PlacementRecord {
+    fn new(placement: &Placement, number: u32) -> Self {
         let linear = (Mat3::from_quat(placement.rotation) * placement.scale).transpose();
         let row = |axis: usize| linear.col(axis).extend(placement.translation[axis]).to_array();
-        Self { rows: [row(0), row(1), row(2)] }
+        Self { rows: [row(0), row(1), row(2)], number, unused: [0; 3] }
     }
 }
 
@@ -68,10 +72,11 @@ impl MovingGeometry {
         let mut known = std::mem::take(&mut self.models);
         let mut records: Vec<PlacementRecord> = Vec::with_capacity(objects.len());
         let mut refused = Ok(());
-        let mut left: Vec<&Object> = objects.iter().collect();
-        while let Some(first) = left.first() {
+        let mut left: Vec<(u32, &Object)> = (0..).zip(objects).collect();
+        while let Some((_, first)) = left.first() {
             let model = Arc::clone(first.model());
-            let (same, others) = left.into_iter().partition(|object| Arc::ptr_eq(object.model(), &model));
+            let (same, others): (Vec<_>, Vec<_>) =
+                left.into_iter().partition(|(_, object)| Arc::ptr_eq(object.model(), &model));
             left = others;
             let geometry = match known.iter().position(|known| Arc::ptr_eq(&known.model, &model)) {
                 Some(index) => Ok(known.swap_remove(index).geometry),
@@ -80,8 +85,9 @@ impl MovingGeometry {
             match geometry {
                 Ok(geometry) => {
                     let first = records.len() as u32;
-                    let same: Vec<&Object> = same;
-                    records.extend(same.iter().map(|object| PlacementRecord::from(object.placement())));
+                    let record =
+                        |(number, object): &(u32, &Object)| PlacementRecord::new(object.placement(), *number);
+                    records.extend(same.iter().map(record));
                     self.models.push(MovingModel { model, geometry, objects: first..records.len() as u32 });
                 }
                 Err(error) => refused = refused.and(Err(error)),
@@ -118,7 +124,7 @@ mod tests {
             rotation: Quat::from_euler(probelight_math::glam::EulerRot::XYZ, 0.4, 1.3, -0.8),
             scale: 2.5,
         };
-        let (point, record) = (Vec3::new(0.3, 0.7, -0.2), PlacementRecord::from(&placement));
+        let (point, record) = (Vec3::new(0.3, 0.7, -0.2), PlacementRecord::new(&placement, 0));
         let placed = Vec3::from(record.rows.map(|row| Vec4::from(row).dot(point.extend(1.0))));
         assert!(placed.abs_diff_eq(placement.point(point), 1e-5), "{placed}");
     }

@@ -24,7 +24,9 @@ impl GpuRuntime {
             return Ok(());
         }
         self.moved = true;
-        self.moving.update(&self.device, &self.queue, self.state.objects.as_slice())
+        let Self { device, queue, state, .. } = self;
+        let spheres = self.grid.set_spheres(device, queue, state.objects.spheres());
+        self.moving.update(device, queue, state.objects.as_slice()).and(spheres)
     }
 
     /// The objects on the GPU, for renderers.

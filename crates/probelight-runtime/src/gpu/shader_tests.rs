@@ -23,18 +23,21 @@ use super::shadow_views::{
 use super::stage_shaders::STAGE_SHADERS;
 use super::surfel_groups::{GroupRecord, Levels};
 use super::surfel_shards::{Bounce, SampleColors, SamplePlace};
-use crate::ClusterExtent;
 use crate::grid_places::{BORROWED, GridPlace};
-use crate::irradiance_grid::SMALLEST_WEIGHT;
+use crate::irradiance_grid::LAMP_PASSES;
+use crate::object_spheres::FADE_FROM;
+use crate::{ClusterExtent, ObjectSphere};
 
 /// All shaders of the crate, by the name of their function.
 fn sources() -> Vec<(&'static str, String)> {
     let stages = STAGE_SHADERS.iter().map(|shader| (shader.entry_point, shader.source()));
     let in_air = [
         shaders::GRID,
+        shaders::OBJECT_SPHERES,
         "@compute @workgroup_size(1) fn look_up() {
             var light = light_in_air(vec3f(0.0), vec3f(0.0));
             _ = irradiance_from(&light, light_vector(&light));
+            _ = object_influence_on_scene(vec3f(0.0), vec3f(0.0));
         }",
     ];
     stages.chain([("cut_holes", shaders::cast_shadows()), ("look_up", in_air.concat())]).collect()
@@ -126,10 +129,11 @@ fn records() -> Vec<(&'static str, Layout)> {
         }),
         record!(LightsRecord as "Lights" { list, count, unused }),
         record!(ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),
-        record!(PlacementRecord as "Placement" { rows }),
+        record!(PlacementRecord as "Placement" { rows, number, unused }),
         record!(GridRecord as "Grid" {
-            origin, rows, last, kind, spacing, off_surface, counts, unused, axes,
+            origin, rows, last, kind, spacing, off_surface, counts, sphere_count, axes,
         }),
+        record!(ObjectSphere as "ObjectSphere" { center, radius, albedo, reach, object, unused }),
         record!(GridCell as "GridCell" { planes, corners }),
         record!(GridPlace as "GridPlace" { vertex, cell }),
         record!(AlphaTestRecord as "AlphaTest" { factor, cutoff, unused }),
@@ -146,7 +150,8 @@ fn partners() -> Partners {
             ("GRID_AXES", f64::from(GRID_AXES)),
             ("GRID_SIX_COSINES", f64::from(GRID_SIX_COSINES)),
             ("MAX_GRID_ROWS", MAX_GRID_ROWS as f64),
-            ("SMALLEST_WEIGHT", 1e-4),
+            ("FADE_FROM", f64::from(FADE_FROM)),
+            ("LAMP_PASSES", f64::from(LAMP_PASSES)),
             ("LARGEST", f16::MAX.to_f64()),
             ("INVERSE_PI", f64::from(std::f32::consts::FRAC_1_PI)),
             ("GAIN_STEPS", f64::from(GAIN_STEPS)),
@@ -172,6 +177,11 @@ fn partners() -> Partners {
             "LANES",
             "GROUPS",
             "TILE",
+            // Compared with the host's by what comes of them.
+            "SMALLEST_WEIGHT",
+            "SMALLEST_LAMP",
+            // No index of an object.
+            "NO_OBJECT",
             // How shadow maps are looked up.
             "FILTER_REACH",
             "LEAST_BIAS",

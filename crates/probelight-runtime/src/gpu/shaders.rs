@@ -12,6 +12,9 @@ pub const PLACEMENTS: &str = include_str!("../shaders/placements.wgsl");
 /// Light in free space: `light_in_air`, `irradiance_from`, `light_vector`. Bind group 3 of whatever uses it.
 pub const GRID: &str = include_str!("../shaders/grid.wgsl");
 
+/// What objects make of soft light: `object_influence`. Goes behind [`GRID`]; bind group 3.
+pub const OBJECT_SPHERES: &str = include_str!("../shaders/object_spheres.wgsl");
+
 /// The shader that draws shadow maps.
 pub(super) fn cast_shadows() -> String {
     [LIGHTS, SHADOW_MAPS, PLACEMENTS, include_str!("../shaders/cast_shadows.wgsl")].concat()

@@ -29,7 +29,8 @@ struct Grid {
     off_surface: f32,
     // Vertices along each axis.
     counts: vec3u,
-    unused: u32,
+    // Number of the spheres in place of objects.
+    sphere_count: u32,
     // Unit directions of the rows (xyz); those of spherical harmonics have one in band 1.
     axes: array<vec4f, MAX_GRID_ROWS>,
 }
@@ -96,6 +97,9 @@ fn light_in_air(position: vec3f, normal: vec3f) -> GridLight {
 
 // Irradiance of a surface there that faces along `normal` (unit), W/m².
 fn irradiance_from(light: ptr<function, GridLight>, normal: vec3f) -> vec3f {
+    if grid.kind == GRID_SH2 {
+        return max(harmonics_from(light, normal), vec3f(0.0));
+    }
     var sum = vec3f(0.0);
     var weights = 0.0;
     for (var row = 0u; row < grid.rows; row++) {
@@ -110,33 +114,72 @@ fn irradiance_from(light: ptr<function, GridLight>, normal: vec3f) -> vec3f {
 fn light_vector(light: ptr<function, GridLight>) -> vec3f {
     var sum = vec3f(0.0);
     for (var row = 0u; row < grid.rows; row++) {
-        sum += dot((*light).rows[row], vec3f(0.2126, 0.7152, 0.0722)) * grid.axes[row].xyz;
+        sum += grid_luminance((*light).rows[row]) * grid.axes[row].xyz;
     }
     let length = length(sum);
     return select(vec3f(0.0), sum / max(length, 1e-30), length > 0.0);
 }
 
+fn grid_luminance(color: vec3f) -> f32 {
+    return dot(color, vec3f(0.2126, 0.7152, 0.0722));
+}
+
+// A round light source far away: direction to it, cosine of its half opening angle, integral of its radiance.
+struct Lamp {
+    direction: vec3f,
+    cosine: f32,
+    flux: vec3f,
+}
+
+// Largest cosine of a lamp's half opening angle.
+const SMALLEST_LAMP = 0.97;
+
+// How often what is even and what is the lamp are told apart, each by the other.
+const LAMP_PASSES = 4u;
+
+// The light that a surface which faces along `normal` (unit) sees, as a lamp in light that is even.
+fn lamp_of(light: ptr<function, GridLight>, normal: vec3f) -> Lamp {
+    var vectors: array<vec3f, 3>;
+    var all = vec3f(0.0);
+    for (var axis = 0u; axis < 3u; axis++) {
+        let unit = vec3f(vec3u(axis) == vec3u(0u, 1u, 2u));
+        let before = irradiance_from(light, unit);
+        let after = irradiance_from(light, -unit);
+        vectors[axis] = before - after;
+        all += (before + after) / 1.5;
+    }
+    let behind = irradiance_from(light, -normal);
+    var even = vec3f(0.0);
+    var lamp = Lamp(normal, 0.0, vec3f(0.0));
+    for (var pass_number = 0u; pass_number < LAMP_PASSES; pass_number++) {
+        let x = vectors[0] + (behind - even) * normal.x;
+        let y = vectors[1] + (behind - even) * normal.y;
+        let z = vectors[2] + (behind - even) * normal.z;
+        let vector = vec3f(grid_luminance(x), grid_luminance(y), grid_luminance(z));
+        let length = length(vector);
+        let direction = select(normal, vector / max(length, 1e-30), length > 0.0);
+        let flux = max(x * direction.x + y * direction.y + z * direction.z, vec3f(0.0));
+        let across = irradiance_from(light, direction) + irradiance_from(light, -direction) - 0.5 * all;
+        let cosine = clamp(1.6 * grid_luminance(across) / max(grid_luminance(flux), 1e-30), 0.0, SMALLEST_LAMP);
+        lamp = Lamp(direction, cosine, 2.0 * flux / (1.0 + cosine));
+        even = max(0.5 * (all - lamp.flux) - behind, vec3f(0.0));
+    }
+    return lamp;
+}
+
 // How much a row counts for a surface with a unit normal; those of GRID_AXES still have to be divided by their sum.
 fn read_weight(row: u32, n: vec3f) -> f32 {
-    if grid.kind == GRID_SH2 {
-        return spherical_harmonic(row, n);
-    }
     let cosine = dot(grid.axes[row].xyz, n);
     return select(max(cosine, 0.0), 0.5 * (cosine * cosine + cosine), grid.kind == GRID_SIX_COSINES);
 }
 
-fn spherical_harmonic(index: u32, n: vec3f) -> f32 {
-    switch index {
-        case 0u: { return 0.2820948; }
-        case 1u: { return 0.4886025 * n.y; }
-        case 2u: { return 0.4886025 * n.z; }
-        case 3u: { return 0.4886025 * n.x; }
-        case 4u: { return 1.0925484 * n.x * n.y; }
-        case 5u: { return 1.0925484 * n.y * n.z; }
-        case 6u: { return 0.3153916 * (3.0 * n.z * n.z - 1.0); }
-        case 7u: { return 1.0925484 * n.x * n.z; }
-        default: { return 0.5462742 * (n.x * n.x - n.y * n.y); }
-    }
+// The sum of spherical harmonics of bands 0 to 2, each times its row.
+fn harmonics_from(light: ptr<function, GridLight>, n: vec3f) -> vec3f {
+    var sum = 0.2820948 * (*light).rows[0];
+    sum += 0.4886025 * (n.y * (*light).rows[1] + n.z * (*light).rows[2] + n.x * (*light).rows[3]);
+    sum += 1.0925484 * (n.x * n.y * (*light).rows[4] + n.y * n.z * (*light).rows[5] + n.x * n.z * (*light).rows[7]);
+    sum += 0.3153916 * (3.0 * n.z * n.z - 1.0) * (*light).rows[6];
+    return sum + 0.5462742 * (n.x * n.x - n.y * n.y) * (*light).rows[8];
 }
 
 fn corner_at(i: u32) -> vec3u {

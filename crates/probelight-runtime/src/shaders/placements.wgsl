@@ -3,6 +3,9 @@
 // Rows of the matrix from the model's space to the world.
 struct Placement {
     rows: array<vec4f, 3>,
+    // Which of the objects it is.
+    number: u32,
+    unused: array<u32, 3>,
 }
 
 fn placed_point(placement: Placement, point: vec3f) -> vec3f {
