@@ -68,7 +68,12 @@ const MAX_BOUNCES: usize = 200;
 /// Lets the setup's light bounce until nothing changes any more; returns the number of bounces.
 pub(crate) fn light(runtime: &mut Runtime, setup: &Setup, console: &Console) -> anyhow::Result<usize> {
     runtime.set_lighting(setup.lighting.clone())?;
-    Ok(note_convergence(runtime.converge(CONVERGED, MAX_BOUNCES), console))
+    Ok(settle(runtime, console))
+}
+
+/// Lets the present light bounce until nothing changes any more; returns the number of bounces.
+pub(crate) fn settle(runtime: &mut Runtime, console: &Console) -> usize {
+    note_convergence(runtime.converge(CONVERGED, MAX_BOUNCES), console)
 }
 
 /// As [`light`], on a GPU.
@@ -78,6 +83,11 @@ pub(crate) fn light_on_gpu(
     console: &Console,
 ) -> anyhow::Result<usize> {
     runtime.set_lighting(setup.lighting.clone())?;
+    settle_on_gpu(runtime, console)
+}
+
+/// As [`settle`], on a GPU.
+pub(crate) fn settle_on_gpu(runtime: &mut GpuRuntime, console: &Console) -> anyhow::Result<usize> {
     Ok(note_convergence(runtime.converge(CONVERGED, MAX_BOUNCES)?, console))
 }
 

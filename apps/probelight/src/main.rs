@@ -3,6 +3,7 @@
 //! Each command is a file in `commands`: its raw flags (clap), the settings resolved from them, and what it
 //! does. Everything ends in [`main`], the only place that prints an error and chooses the exit code.
 
+mod animation;
 mod backend;
 mod bake_settings;
 mod bench_report;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
+use probelight_asset::BakedScene;
 use probelight_math::glam::{Quat, Vec3};
 use probelight_runtime::{ObjectId, Objects, RuntimeError};
 use probelight_scene::{Keyframe, Object, ObjectPath, Placement, Scene, Setup};
@@ -64,8 +65,19 @@ impl Movers {
         Ok(Self { movers })
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
-        self.movers.is_empty()
+    /// Says so if the objects will not get what light they could.
+    pub(crate) fn note_missing_grid(&self, baked: &BakedScene, console: &Console) {
+        if !self.movers.is_empty() && !baked.has_grid() {
+            console.warn(
+                "the scene was baked without a grid (--grid 0): objects get no light but that of lamps",
+            );
+        }
+    }
+
+    /// Where the objects move.
+    #[cfg(feature = "window")]
+    pub(crate) fn paths(&self) -> Vec<ObjectPath> {
+        self.movers.iter().map(|mover| mover.path.clone()).collect()
     }
 
     /// The objects as they are at a time, seconds.

@@ -10,7 +10,7 @@ use probelight_asset::BakedScene;
 use probelight_render::gpu::{GpuRenderer, GpuView, LitScene, Shading, ViewOptions};
 use probelight_render::{Image, PixelFilter, RenderOptions, RenderOutput, View, render};
 use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime};
-use probelight_runtime::{FrameInput, ObjectId, Runtime, Stage};
+use probelight_runtime::{FrameInput, ObjectId, Objects, Runtime, Stage};
 use probelight_scene::{Camera, Setup};
 
 use crate::backend::Backend;
@@ -91,7 +91,7 @@ pub(crate) enum Studio {
 /// All on a GPU.
 pub(crate) struct GpuStudio {
     gpu: GpuDevice,
-    runtime: GpuRuntime,
+    pub(crate) runtime: GpuRuntime,
     renderer: GpuRenderer,
 }
 
@@ -113,16 +113,27 @@ impl Studio {
 
     /// Puts objects into the scene; returns their handles.
     pub(crate) fn enter(&mut self, movers: &Movers, console: &Console) -> anyhow::Result<Vec<ObjectId>> {
-        let (baked, objects) = match self {
-            Self::Cpu(runtime) => (Arc::clone(runtime.baked()), runtime.objects_mut()),
-            Self::Gpu(studio) => (Arc::clone(studio.runtime.baked()), studio.runtime.objects_mut()),
-        };
-        if !movers.is_empty() && !baked.has_grid() {
-            console.warn(
-                "the file was baked without a grid in free space (--grid): objects get no light but that of lamps",
-            );
+        movers.note_missing_grid(self.baked(), console);
+        let ids = movers.enter(self.objects_mut())?;
+        if let Self::Gpu(studio) = self {
+            studio.runtime.upload_objects()?;
         }
-        movers.enter(objects)
+        Ok(ids)
+    }
+
+    fn baked(&self) -> &BakedScene {
+        match self {
+            Self::Cpu(runtime) => runtime.baked(),
+            Self::Gpu(studio) => studio.runtime.baked(),
+        }
+    }
+
+    /// What moves through the scene.
+    pub(crate) fn objects_mut(&mut self) -> &mut Objects {
+        match self {
+            Self::Cpu(runtime) => runtime.objects_mut(),
+            Self::Gpu(studio) => studio.runtime.objects_mut(),
+        }
     }
 
     /// Lets the setup's light bounce until nothing changes any more; returns the number of bounces.

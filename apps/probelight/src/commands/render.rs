@@ -8,9 +8,10 @@ use probelight_render::gpu::GpuView;
 use probelight_render::{Exposure, PixelFilter};
 use serde::Serialize;
 
+use crate::animation::{self, Frames};
 use crate::backend::BackendFlags;
 use crate::console::{self, Console};
-use crate::movers::{Movers, ObjectFlags};
+use crate::movers::{InfluenceFlags, Movers, ObjectFlags};
 use crate::output::PictureFormat;
 use crate::studio::{PictureOptions, ShadingFlag, Studio, view_parser};
 use crate::{input, interrupt, output};
@@ -23,6 +24,7 @@ Examples:
   probelight render room.glb -o try.png            bakes in memory with quick settings first
   probelight render room.plight --backend gpu --shading physical -o glossy.png
   probelight render room.plight --view probes -o probes.png
+  probelight render room.plight --setup rolling.json --animate 4 --fps 25 -o frames
   probelight render room.plight --object chair.glb@1,0,2.5 --object ball.glb@0,1,0,0.5 -o moved.png
 
 A .png is exposed and tone mapped for the screen; an .exr holds linear radiance (W/m²/sr), or
@@ -36,7 +38,7 @@ pub(crate) struct Flags {
     /// A baked file (.plight), or a scene (.glb, .gltf) to bake quickly in memory
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// The picture to write (.png or .exr)
+    /// The picture to write (.png or .exr), or the folder for those of --animate
     #[arg(short, long, value_name = "OUT")]
     out: PathBuf,
     /// Lights, sky and cameras [default: those of the glTF file]
@@ -44,6 +46,16 @@ pub(crate) struct Flags {
     setup: Option<PathBuf>,
     #[command(flatten)]
     objects: ObjectFlags,
+    #[command(flatten)]
+    influence: InfluenceFlags,
+    /// Write a picture for each frame of so many seconds into the folder OUT, with the setup's objects on
+    /// their paths, and a video if ffmpeg is there
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    animate: Option<f32>,
+    /// Frames per second of --animate
+    #[arg(long, value_name = "N", default_value_t = 25, requires = "animate",
+          value_parser = clap::value_parser!(u32).range(1..=1000))]
+    fps: u32,
     /// Name of the camera [default: the first]
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
@@ -89,6 +101,11 @@ pub(crate) fn finite(text: &str) -> Result<f32, String> {
     }
 }
 
+/// Parses a finite number above zero.
+fn positive(text: &str) -> Result<f32, String> {
+    finite(text).ok().filter(|value| *value > 0.0).ok_or_else(|| "expected a number above zero".into())
+}
+
 /// What a picture needs to know, checked.
 struct Settings {
     flags: Flags,
@@ -100,9 +117,13 @@ struct Settings {
 
 impl Flags {
     fn resolve(self) -> anyhow::Result<Settings> {
-        let format = PictureFormat::of(&self.out)?;
+        if self.animate.is_some() {
+            output::create_folder(&self.out)?;
+        }
+        let first = self.animate.map_or_else(|| self.out.clone(), |_| animation::frame_file(&self.out, 0));
+        let format = PictureFormat::of(&first)?;
         let inputs: Vec<&Path> = [&self.file].into_iter().chain(&self.setup).map(PathBuf::as_path).collect();
-        output::check(&self.out, &inputs)?;
+        output::check(&first, &inputs)?;
         let filter = match self.filter {
             FilterFlag::Box => PixelFilter::Box,
             FilterFlag::Gaussian => PixelFilter::Gaussian,
@@ -146,10 +167,15 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     let movers = Movers::load(&setup, flags.setup.as_deref(), &flags.objects.objects, console)?;
     let start = Instant::now();
     let mut studio = Studio::new(backend, baked)?;
-    studio.enter(&movers, console)?;
+    studio.objects_mut().set_influence(!flags.influence.no_soft_shadows);
+    let objects = studio.enter(&movers, console)?;
     let bounces = studio.light(&setup, console)?;
     let light_seconds = start.elapsed().as_secs_f64();
     interrupt::check()?;
+    if let Some(seconds) = flags.animate {
+        let frames = Frames { seconds, fps: flags.fps, folder: &flags.out, exposure };
+        return frames.write(&mut studio, &movers, &objects, &camera, &options, console);
+    }
     let start = Instant::now();
     let image = studio.picture(&camera, &options, console)?;
     let render_seconds = start.elapsed().as_secs_f64();

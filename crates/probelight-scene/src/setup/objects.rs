@@ -26,6 +26,11 @@ pub struct Keyframe {
 }
 
 impl ObjectPath {
+    /// When its last keyframe is, seconds.
+    pub fn end(&self) -> f32 {
+        self.keyframes.last().map_or(0.0, |key| key.time)
+    }
+
     /// Where the object is: on a straight line between two keyframes, before the first and after the last still.
     pub fn placement(&self, time: f32) -> Placement {
         let next = self.keyframes.partition_point(|key| key.time <= time);

@@ -10,6 +10,7 @@ Keys:
   mouse, button held      look around
   arrows, PageUp PageDown move the first light; a directional light turns
   I J K L                 turn the first light, if it is a spot or directional
+  O                       let these keys move an object instead, the next one, or the light again
   Space                   let the first light circle
   G                       with and without indirect light
   1 ... 9, 0              full, direct, indirect, irradiance, albedo, normals, lightmap texels,
@@ -48,6 +49,7 @@ pub(super) enum Action {
     ToggleIndirect,
     ToggleShading,
     ToggleCircling,
+    ChooseNext,
     Brighter,
     Darker,
     Reset,
@@ -84,6 +86,7 @@ pub(super) fn action(key: KeyCode) -> Option<Action> {
         KeyCode::KeyG => Action::ToggleIndirect,
         KeyCode::KeyP => Action::ToggleShading,
         KeyCode::Space => Action::ToggleCircling,
+        KeyCode::KeyO => Action::ChooseNext,
         KeyCode::Equal | KeyCode::NumpadAdd => Action::Brighter,
         KeyCode::Minus | KeyCode::NumpadSubtract => Action::Darker,
         KeyCode::KeyR => Action::Reset,

@@ -28,6 +28,7 @@ use winit::event_loop::EventLoop;
 use self::viewer::Viewer;
 use self::window::{LiveScene, SceneWindow};
 use crate::console::Console;
+use crate::movers::{Movers, ObjectFlags};
 use crate::{input, interrupt};
 
 /// Flags of `view`.
@@ -40,6 +41,8 @@ pub(crate) struct Flags {
     /// Lights, sky and cameras [default: those of the glTF file]
     #[arg(long, value_name = "S.json")]
     setup: Option<PathBuf>,
+    #[command(flatten)]
+    objects: ObjectFlags,
     /// Name of the camera to begin at [default: the first]
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
@@ -73,12 +76,17 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let (geometry, shadow_maps, grid) = (runtime.geometry(), runtime.shadow_maps(), runtime.grid());
     let renderer =
         GpuRenderer::new(&gpu.device, &gpu.queue, Arc::clone(&baked), geometry, shadow_maps, grid)?;
+    let movers = Movers::load(&setup, flags.setup.as_deref(), &flags.objects.objects, console)?;
+    movers.note_missing_grid(&baked, console);
+    let objects = movers.enter(runtime.objects_mut())?;
+    runtime.upload_objects()?;
     input::light_on_gpu(&mut runtime, &setup, console)?;
     interrupt::check()?;
 
-    let mut scene = LiveScene { gpu, runtime, renderer };
+    let mut scene = LiveScene { gpu, runtime, renderer, objects };
     let ev = flags.exposure.map_or_else(|| scene.automatic_exposure(&camera), Ok)?;
-    let viewer = Viewer::new(camera, setup.lighting, ev, baked.scene.bounds().diagonal());
+    let diagonal = baked.scene.bounds().diagonal();
+    let viewer = Viewer::new(camera, setup.lighting, ev, diagonal, movers.paths());
     let name = flags.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     console.clear_progress();
     let mut window = SceneWindow::new(name, scene, viewer);

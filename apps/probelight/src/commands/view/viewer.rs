@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use probelight_math::glam::{Quat, Vec2, Vec3};
 use probelight_render::gpu::{GpuView, Shading, ViewOptions};
-use probelight_scene::{Camera, Light, Lighting};
+use probelight_scene::{Camera, Light, Lighting, ObjectPath, Placement};
 
 use super::controls::{Action, Motion};
 
@@ -36,6 +36,12 @@ pub(super) struct State {
     pub(super) ev: f32,
     /// How far the first light's circle is, radians; `None` while it stands still.
     circling: Option<f32>,
+    /// Seconds since the beginning, for objects on their paths.
+    time: f32,
+    /// How far each object was moved off its path, metres, and turned, radians.
+    shifts: Vec<(Vec3, f32)>,
+    /// The object that keys move, instead of the first light.
+    chosen: Option<usize>,
 }
 
 /// The state now, and at the beginning.
@@ -43,20 +49,50 @@ pub(super) struct State {
 pub(super) struct Viewer {
     pub(super) state: State,
     start: State,
+    /// Where objects move.
+    paths: Vec<ObjectPath>,
     /// Diagonal of the scene's box, metres.
     diagonal: f32,
 }
 
 impl Viewer {
     /// Begins at `camera` in a scene whose box has a diagonal of `diagonal` metres.
-    pub(super) fn new(camera: Camera, lighting: Lighting, ev: f32, diagonal: f32) -> Self {
-        let state = State { camera, lighting, options: ViewOptions::default(), ev, circling: None };
-        Self { start: state.clone(), state, diagonal }
+    pub(super) fn new(
+        camera: Camera,
+        lighting: Lighting,
+        ev: f32,
+        diagonal: f32,
+        paths: Vec<ObjectPath>,
+    ) -> Self {
+        let state = State {
+            camera,
+            lighting,
+            options: ViewOptions::default(),
+            ev,
+            circling: None,
+            time: 0.0,
+            shifts: vec![(Vec3::ZERO, 0.0); paths.len()],
+            chosen: None,
+        };
+        Self { start: state.clone(), state, paths, diagonal }
+    }
+
+    /// Where the objects are. At the end of its path an object begins anew.
+    pub(super) fn placements(&self) -> impl Iterator<Item = Placement> {
+        self.paths.iter().zip(&self.state.shifts).map(|(path, (offset, angle))| {
+            let end = path.end();
+            let on_path = path.placement(if end > 0.0 { self.state.time % end } else { 0.0 });
+            Placement {
+                translation: on_path.translation + *offset,
+                rotation: (Quat::from_rotation_y(*angle) * on_path.rotation).normalize(),
+                ..on_path
+            }
+        })
     }
 
     /// Does what a pressed key asks for.
     pub(super) fn act(&mut self, action: Action) {
-        let State { camera, options, ev, circling, .. } = &mut self.state;
+        let State { camera, options, ev, circling, chosen, shifts, .. } = &mut self.state;
         match action {
             Action::Show(view) => options.view = view,
             Action::ToggleIndirect => {
@@ -69,6 +105,9 @@ impl Viewer {
                 };
             }
             Action::ToggleCircling => *circling = if circling.is_some() { None } else { Some(0.0) },
+            Action::ChooseNext => {
+                *chosen = chosen.map_or(Some(0), |index| Some(index + 1)).filter(|next| *next < shifts.len());
+            }
             Action::Brighter => *ev += EXPOSURE_STEP,
             Action::Darker => *ev -= EXPOSURE_STEP,
             Action::Reset => {
@@ -103,7 +142,7 @@ impl Viewer {
 
     /// Moves what is moving by the time since the last frame.
     pub(super) fn advance(&mut self, held: &HashSet<Motion>, seconds: f32) {
-        let State { camera, lighting, circling, .. } = &mut self.state;
+        let State { camera, lighting, circling, time, shifts, chosen, .. } = &mut self.state;
         let [right, up, forward] = axes(camera);
         let balance = |more, less| f32::from(held.contains(&more)) - f32::from(held.contains(&less));
         let step = self.diagonal / SECONDS_ACROSS * seconds;
@@ -114,7 +153,7 @@ impl Viewer {
         camera.position += fly;
         camera.target += fly;
 
-        let Some(light) = lighting.lights.first_mut() else { return };
+        *time += if self.paths.is_empty() { 0.0 } else { seconds };
         let mut push = Vec3::new(
             balance(Motion::LightRight, Motion::LightLeft),
             balance(Motion::LightUp, Motion::LightDown),
@@ -124,13 +163,20 @@ impl Viewer {
             balance(Motion::LightTurnsRight, Motion::LightTurnsLeft),
             balance(Motion::LightTurnsUp, Motion::LightTurnsDown),
         );
+        let level = up.cross(right);
+        let along = |push: Vec3| (right * push.x + up * push.y + level * push.z) * step;
+        if let Some((offset, angle)) = chosen.and_then(|index| shifts.get_mut(index)) {
+            *offset += along(push);
+            *angle -= turn.x * TURN_RATE * seconds;
+            (push, turn) = (Vec3::ZERO, Vec2::ZERO);
+        }
+        let Some(light) = lighting.lights.first_mut() else { return };
         if matches!(light, Light::Directional { .. }) {
             turn += Vec2::new(push.x, push.z + push.y);
             push = Vec3::ZERO;
         }
         turn_light(light, turn * TURN_RATE * seconds, [right, up]);
-        let level = up.cross(right);
-        move_light(light, (right * push.x + up * push.y + level * push.z) * step);
+        move_light(light, along(push));
         if let Some(angle) = circling {
             let step = TURN_RATE * seconds;
             *angle += step;
@@ -169,7 +215,7 @@ fn turn_light(light: &mut Light, angles: Vec2, [right, up]: [Vec3; 2]) {
 
 #[cfg(test)]
 mod tests {
-    use probelight_scene::Setup;
+    use probelight_scene::{Keyframe, Setup};
 
     use super::*;
 
@@ -194,7 +240,7 @@ mod tests {
             height: 480,
         };
         let lighting = Lighting { lights, ..Setup::default().lighting };
-        Viewer::new(camera, lighting, 0.0, DIAGONAL)
+        Viewer::new(camera, lighting, 0.0, DIAGONAL, Vec::new())
     }
 
     fn after(viewer: &Viewer, held: &[Motion], seconds: f32) -> State {
@@ -274,6 +320,26 @@ mod tests {
         let light = &state.lighting.lights[0];
         assert!(position(light).abs_diff_eq(Vec3::ONE - 2.0 * Vec3::Z, 1e-5));
         assert!(direction(light).abs_diff_eq(Vec3::new(0.0, 0.5f32.sin(), -0.5f32.cos()), 1e-5));
+    }
+
+    #[test]
+    fn chosen_objects_move_instead_of_the_light_and_paths_begin_anew() {
+        let mut viewer = viewer(vec![lamp()]);
+        let key = |time: f32| Keyframe { time, placement: Placement::at(Vec3::X * time) };
+        let [still, moving] = [vec![key(0.0)], vec![key(0.0), key(4.0)]]
+            .map(|keyframes| ObjectPath { file: "a.glb".into(), keyframes });
+        viewer = Viewer::new(viewer.state.camera, viewer.state.lighting, 0.0, DIAGONAL, vec![still, moving]);
+        let at = |viewer: &Viewer| viewer.placements().map(|p| p.translation).collect::<Vec<_>>();
+        viewer.advance(&HashSet::new(), 5.0);
+        assert_eq!(at(&viewer), [Vec3::ZERO, Vec3::X]);
+        viewer.act(Action::ChooseNext);
+        viewer.advance(&HashSet::from([Motion::LightUp]), 0.5);
+        assert!(at(&viewer)[0].abs_diff_eq(Vec3::Y, 1e-5) && at(&viewer)[1].y == 0.0);
+        assert_eq!(viewer.state.lighting.lights[0], lamp());
+        viewer.act(Action::ChooseNext);
+        viewer.act(Action::ChooseNext);
+        viewer.advance(&HashSet::from([Motion::LightUp]), 0.5);
+        assert!(at(&viewer)[0].abs_diff_eq(Vec3::Y, 1e-5) && viewer.state.lighting.lights[0] != lamp());
     }
 
     #[test]

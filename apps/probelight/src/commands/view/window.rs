@@ -8,8 +8,8 @@ use anyhow::Context;
 use probelight_math::glam::DVec2;
 use probelight_render::ToneMap;
 use probelight_render::gpu::{GpuRenderer, LitScene};
-use probelight_runtime::FrameInput;
 use probelight_runtime::gpu::{GpuDevice, GpuRuntime};
+use probelight_runtime::{FrameInput, ObjectId};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{DeviceEvent, DeviceId, ElementState, KeyEvent, MouseButton, WindowEvent};
@@ -30,6 +30,7 @@ const HIDDEN_PAUSE: Duration = Duration::from_millis(50);
 pub(super) struct LiveScene {
     pub(super) gpu: GpuDevice,
     pub(super) runtime: GpuRuntime,
+    pub(super) objects: Vec<ObjectId>,
     pub(super) renderer: GpuRenderer,
 }
 
@@ -110,7 +111,7 @@ impl SceneWindow {
     fn frame(&mut self) -> anyhow::Result<()> {
         let Some(screen) = &mut self.screen else { return Ok(()) };
         screen.window.request_redraw();
-        let LiveScene { gpu, runtime, renderer } = &mut self.scene;
+        let LiveScene { gpu, runtime, renderer, objects } = &mut self.scene;
         let Some(texture) = screen.next_texture(gpu)? else {
             std::thread::sleep(HIDDEN_PAUSE);
             return Ok(());
@@ -118,6 +119,9 @@ impl SceneWindow {
         self.viewer.advance(&self.held, self.clock.tick(Instant::now()));
         let state = &self.viewer.state;
         runtime.set_lighting(state.lighting.clone())?;
+        for (id, placement) in objects.iter().zip(self.viewer.placements()) {
+            runtime.objects_mut().place(*id, placement)?;
+        }
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         match self.clock.mean_frame(Instant::now()) {
             // Two frames a second are measured, which takes a moment.
