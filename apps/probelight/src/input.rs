@@ -21,10 +21,15 @@ pub(crate) fn is_scene(path: &Path) -> bool {
 /// Reads a scene and warns of what was repaired or left out.
 pub(crate) fn load_scene(path: &Path, console: &Console) -> anyhow::Result<Arc<Scene>> {
     let scene = load_gltf(path)?;
+    warn_of(&scene, path, console);
+    Ok(Arc::new(scene))
+}
+
+/// Warns of what was repaired or left out of a file.
+pub(crate) fn warn_of(scene: &Scene, path: &Path, console: &Console) {
     for warning in &scene.warnings {
         console.warn(format!("{}: {warning}", path.display()));
     }
-    Ok(Arc::new(scene))
 }
 
 /// Reads a setup file, or makes a setup of the scene's own lights and cameras where none is given.

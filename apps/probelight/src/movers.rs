@@ -8,7 +8,9 @@ use clap::Args;
 use probelight_asset::BakedScene;
 use probelight_math::glam::{Quat, Vec3};
 use probelight_runtime::{ObjectId, Objects, RuntimeError};
-use probelight_scene::{Keyframe, Object, ObjectPath, Placement, Scene, Setup};
+use probelight_scene::{
+    AnimatedModel, Keyframe, Object, ObjectPath, Placement, Scene, Setup, load_animated_gltf,
+};
 
 use crate::console::Console;
 use crate::input;
@@ -36,7 +38,8 @@ pub(crate) struct Movers {
 
 struct Mover {
     path: ObjectPath,
-    model: Arc<Scene>,
+    model: Arc<AnimatedModel>,
+    clip: Option<usize>,
 }
 
 impl Movers {
@@ -50,17 +53,22 @@ impl Movers {
         let folder = setup_file.and_then(Path::parent).unwrap_or(Path::new(""));
         let beside = setup.objects.iter().map(|path| (folder.join(&path.file), path));
         let named = others.iter().map(|path| (path.file.clone(), path));
-        let mut models: Vec<(PathBuf, Arc<Scene>)> = Vec::new();
+        let mut models: Vec<(PathBuf, Arc<AnimatedModel>)> = Vec::new();
         let mut movers = Vec::new();
         for (file, path) in beside.chain(named) {
             let known = models.iter().find(|(known, _)| *known == file).map(|(_, model)| Arc::clone(model));
             let model = match known {
                 Some(model) => model,
-                None => input::load_scene(&file, console)
-                    .with_context(|| format!("the object {} cannot be used", file.display()))?,
+                None => {
+                    let model = load_animated_gltf(&file)
+                        .with_context(|| format!("the object {} cannot be used", file.display()))?;
+                    input::warn_of(model.rest(), &file, console);
+                    Arc::new(model)
+                }
             };
+            let clip = path.clip.as_deref().map(|name| clip_of(&model, name, &file)).transpose()?;
             models.push((file, Arc::clone(&model)));
-            movers.push(Mover { path: path.clone(), model });
+            movers.push(Mover { path: path.clone(), model, clip });
         }
         Ok(Self { movers })
     }
@@ -82,7 +90,7 @@ impl Movers {
 
     /// The objects as they are at a time, seconds.
     pub(crate) fn at(&self, time: f32) -> anyhow::Result<Vec<Object>> {
-        let object = |mover: &Mover| Object::new(Arc::clone(&mover.model), mover.path.placement(time));
+        let object = |mover: &Mover| Object::new(mover.shape(time), mover.path.placement(time));
         Ok(self.movers.iter().map(object).collect::<Result<_, _>>()?)
     }
 
@@ -91,16 +99,47 @@ impl Movers {
         Ok(self.at(0.0)?.into_iter().map(|object| objects.insert(object)).collect())
     }
 
-    /// Moves the objects of some handles to where they are at a time, seconds.
+    /// Moves the objects of some handles to where they are at a time, seconds, and into their poses.
     pub(crate) fn place(
         &self,
         ids: &[ObjectId],
         objects: &mut Objects,
         time: f32,
     ) -> Result<(), RuntimeError> {
+        self.pose(ids, objects, time)?;
         let mut movers = ids.iter().zip(&self.movers);
         movers.try_for_each(|(id, mover)| objects.place(*id, mover.path.placement(time)))
     }
+
+    /// Puts the objects that play a clip into their poses.
+    pub(crate) fn pose(
+        &self,
+        ids: &[ObjectId],
+        objects: &mut Objects,
+        time: f32,
+    ) -> Result<(), RuntimeError> {
+        let mut animated = ids.iter().zip(&self.movers).filter(|(_, mover)| mover.clip.is_some());
+        animated.try_for_each(|(id, mover)| objects.reshape(*id, mover.shape(time)))
+    }
+}
+
+impl Mover {
+    fn shape(&self, time: f32) -> Arc<Scene> {
+        match self.clip {
+            Some(clip) => Arc::new(self.model.pose(Some(clip), time)),
+            None => Arc::clone(self.model.rest()),
+        }
+    }
+}
+
+/// The clip of a name, which must be there.
+fn clip_of(model: &AnimatedModel, name: &str, file: &Path) -> anyhow::Result<usize> {
+    model.clip(name).with_context(|| {
+        let known: Vec<&str> = model.clips().collect();
+        let known =
+            if known.is_empty() { "it has none".into() } else { format!("it has {}", known.join(", ")) };
+        format!("{} has no clip {name:?}: {known}", file.display())
+    })
 }
 
 /// Parses `FILE@X,Y,Z[,SCALE[,YAW]]`.
@@ -120,7 +159,7 @@ fn parse_object(text: &str) -> anyhow::Result<ObjectPath> {
     let placement =
         Placement { translation: position, rotation: Quat::from_rotation_y(yaw.to_radians()), scale };
     placement.validate()?;
-    Ok(ObjectPath { file: file.into(), keyframes: vec![Keyframe { time: 0.0, placement }] })
+    Ok(ObjectPath { file: file.into(), keyframes: vec![Keyframe { time: 0.0, placement }], clip: None })
 }
 
 #[cfg(test)]

@@ -11,6 +11,8 @@
 //!
 //! In browsers (`wasm32-unknown-unknown`) take neither: scenes are baked elsewhere.
 
+#[cfg(feature = "gltf")]
+mod animated_model;
 mod camera;
 mod content_hash;
 mod error;
@@ -26,10 +28,12 @@ mod setup;
 mod source;
 mod unusable;
 
+#[cfg(feature = "gltf")]
+pub use animated_model::AnimatedModel;
 pub use camera::Camera;
 pub use error::{SceneError, Warning};
 #[cfg(feature = "gltf")]
-pub use gltf_import::{load_gltf, parse_gltf};
+pub use gltf_import::{load_animated_gltf, load_gltf, parse_gltf};
 pub use light::{Illumination, Light, Lighting, Sky, range_window};
 pub use material::{AlphaMode, Material, Texture, TextureSlot};
 pub use object::{Object, Placement};

@@ -5,26 +5,28 @@ use gltf::json;
 use gltf::json::validation::Checked;
 use serde_json::Value;
 
+use super::motion::MotionSource;
 use super::tidy::tidy;
 use super::{Reason, Warnings, extensions};
 
-/// Parses `.glb` (told by its magic number) or `.gltf` and checks every index. Returns the document and the
-/// binary chunk, if there is one.
+/// Parses `.glb` (told by its magic number) or `.gltf` and checks every index. Returns the document, what tells how it
+/// moves, and the binary chunk, if there is one.
 pub(super) fn parse<'a>(
     bytes: &'a [u8],
     warnings: &mut Warnings,
-) -> Result<(Document, Option<&'a [u8]>), Reason> {
+) -> Result<(Document, MotionSource, Option<&'a [u8]>), Reason> {
     let (text, binary) = if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (bytes, None) };
     let unreadable =
         |error: serde_json::Error| format!("its JSON cannot be read ({error}); export it again as glTF 2.0");
     let mut document: Value = serde_json::from_slice(without_padding(text)).map_err(unreadable)?;
     extensions::check(&document, warnings)?;
+    let motion = MotionSource::of(&document);
     tidy(&mut document, warnings);
     let root: json::Root = serde_json::from_value(document).map_err(unreadable)?;
     check_version(&root)?;
     check_before_validation(&root)?;
     let document = Document::from_json(root).map_err(|error| reason_from_validation(&error))?;
-    Ok((document, binary))
+    Ok((document, motion, binary))
 }
 
 /// JSON without the mark of its byte order at its start, which editors leave, and the zeros at its end, with which some

@@ -11,6 +11,7 @@
 //! | `images`, `materials` | documents' materials | [`Material`](crate::Material)s with [`Texture`](crate::Texture)s |
 //! | `primitives`, `topology`, `tangents` | accessors | triangles in mesh space |
 //! | `nodes`, `instancing`, `lights` | node tree | instances, lights and cameras in world space |
+//! | `motion` | skins, animations | what moves the vertices of an [`AnimatedModel`](crate::AnimatedModel) |
 
 mod accessors;
 mod container;
@@ -19,6 +20,7 @@ mod images;
 mod instancing;
 mod lights;
 mod materials;
+mod motion;
 mod nodes;
 mod primitives;
 mod resources;
@@ -28,8 +30,10 @@ mod topology;
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
-use crate::{Scene, SceneError, Warning};
+use self::motion::{Motion, MotionInput};
+use crate::{AnimatedModel, Scene, SceneError, Warning};
 
 /// What is wrong with the file, where, and what to do; [`load_gltf`] adds the path.
 type Reason = String;
@@ -78,28 +82,56 @@ pub fn load_gltf(path: &Path) -> Result<Scene, SceneError> {
 /// [`SceneError::Gltf`], as [`load_gltf`].
 pub fn parse_gltf(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    scene_from_bytes(bytes, folder).map_err(|reason| SceneError::Gltf { path: path.into(), reason })
+    let read = |bytes| scene_and_motion(bytes, folder, |_, _| Ok(()));
+    let (scene, ()) = read(bytes).map_err(|reason| SceneError::Gltf { path: path.into(), reason })?;
+    Ok(scene)
 }
 
-fn scene_from_bytes(bytes: &[u8], folder: &Path) -> Result<Scene, Reason> {
+/// Like [`load_gltf`], with the skins and animations that move it.
+///
+/// # Errors
+/// As [`load_gltf`], and [`SceneError::Gltf`] if a skin or an animation is broken.
+pub fn load_animated_gltf(path: &Path) -> Result<AnimatedModel, SceneError> {
+    let bytes =
+        resources::read_document(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let read = scene_and_motion(&bytes, folder, Motion::new);
+    let (mut scene, motion) = read.map_err(|reason| SceneError::Gltf { path: path.into(), reason })?;
+    if motion.parts.iter().any(|part| part.skin.is_some()) {
+        scene.warnings.retain(|warning| warning.message != tidy::LEFT_IN_BIND_POSE);
+    }
+    let Motion { nodes, parts, skins, clips } = motion;
+    Ok(AnimatedModel { rest: Arc::new(scene), nodes, parts, skins, clips })
+}
+
+/// Reads a file; `read_motion` says what is to be known of how it moves.
+fn scene_and_motion<M>(
+    bytes: &[u8],
+    folder: &Path,
+    read_motion: impl FnOnce(MotionInput<'_>, &mut Warnings) -> Result<M, Reason>,
+) -> Result<(Scene, M), Reason> {
     let mut warnings = Warnings::default();
-    let (document, binary) = container::parse(bytes, &mut warnings)?;
+    let (document, source, binary) = container::parse(bytes, &mut warnings)?;
     let resources = resources::Resources::load(&document, binary, folder)?;
     let materials = materials::import_materials(&document, &resources, &mut warnings)?;
-    let mut scene = nodes::flatten(&document, &resources, &materials, &mut warnings)?;
+    let nodes = nodes::placed_nodes(&document, &mut warnings)?;
+    let (mut scene, parts) = nodes::flatten(&document, &resources, &materials, &nodes, &mut warnings)?;
     scene.materials = materials.materials;
     scene.textures = materials.textures;
     if scene.triangles.is_empty() {
         return Err(nothing_left(&warnings.into_vec()));
     }
     scene.validate().map_err(|error| error.to_string())?;
+    let input =
+        MotionInput { source: &source, document: &document, resources: &resources, nodes: &nodes, parts };
+    let motion = read_motion(input, &mut warnings)?;
     warnings.add(
         "materials that reflect more than 95 % of the light, as nothing real does: between such walls light hardly \
          ends, and is wrong; lower their base colour to 0.8 or less",
         scene.materials_too_white(),
     );
     scene.warnings = warnings.into_vec();
-    Ok(scene)
+    Ok((scene, motion))
 }
 
 /// Why there is no triangle.

@@ -13,37 +13,46 @@ use super::resources::Resources;
 use super::tangents::arbitrary_tangent;
 use super::topology::{MAX_TRIANGLES, claimed_triangles};
 use super::{Reason, Warnings};
+use crate::animated_model::Part;
 use crate::{Scene, SourceInstance, SourceTriangle};
 
 /// Collects world-space triangles, lights and cameras of the default scene, in the order of its tree; of all
-/// root nodes if there is no scene.
+/// root nodes if there is no scene. Also says which of the vertices belong to which node.
 pub(super) fn flatten(
     document: &Document,
     resources: &Resources<'_>,
     materials: &Materials,
+    nodes: &[PlacedNode<'_>],
     warnings: &mut Warnings,
-) -> Result<Scene, Reason> {
-    let nodes = placed_nodes(document, warnings)?;
-    check_triangle_count(document, &nodes)?;
-    let scene = Scene::default();
-    let mut flattener = Flattener { document, resources, materials, warnings, scene, meshes: HashMap::new() };
-    for (node, world_from_node) in &nodes {
-        flattener.add_node(node, *world_from_node)?;
+) -> Result<(Scene, Vec<Part>), Reason> {
+    check_triangle_count(document, nodes)?;
+    let (scene, parts, meshes) = (Scene::default(), Vec::new(), HashMap::new());
+    let mut flattener = Flattener { document, resources, materials, warnings, scene, parts, meshes };
+    for (place, node) in nodes.iter().enumerate() {
+        flattener.add_node(node, place)?;
     }
     Ok(flattener.finish())
 }
 
+/// A visible node.
+pub(super) struct PlacedNode<'a> {
+    pub(super) node: gltf::Node<'a>,
+    /// The place of its parent among the visible nodes.
+    pub(super) parent: Option<usize>,
+    world_from_node: Mat4,
+}
+
 /// All visible nodes of the tree with their transforms, parents first.
-fn placed_nodes<'a>(
+pub(super) fn placed_nodes<'a>(
     document: &'a Document,
     warnings: &mut Warnings,
-) -> Result<Vec<(gltf::Node<'a>, Mat4)>, Reason> {
-    let mut placed = Vec::new();
+) -> Result<Vec<PlacedNode<'a>>, Reason> {
+    let mut placed: Vec<PlacedNode<'_>> = Vec::new();
     let mut visited = vec![false; document.nodes().len()];
     // An explicit stack: files may nest deeper than the program's own.
-    let mut stack: Vec<_> = root_nodes(document).into_iter().map(|node| (node, Mat4::IDENTITY)).collect();
+    let mut stack: Vec<_> = root_nodes(document).into_iter().map(|node| (node, None)).collect();
     stack.reverse();
-    while let Some((node, world_from_parent)) = stack.pop() {
+    while let Some((node, parent)) = stack.pop() {
         if std::mem::replace(&mut visited[node.index()], true) {
             return Err(format!("nodes[{}] has two parents or is its own ancestor", node.index()));
         }
@@ -54,14 +63,15 @@ fn placed_nodes<'a>(
             );
             continue;
         }
+        let world_from_parent = parent.map_or(Mat4::IDENTITY, |parent: usize| placed[parent].world_from_node);
         let world_from_node = world_from_parent * Mat4::from_cols_array_2d(&node.transform().matrix());
         if !world_from_node.is_finite() {
             return Err(format!("the transform of nodes[{}] is not finite", node.index()));
         }
         let first_child = stack.len();
-        stack.extend(node.children().map(|child| (child, world_from_node)));
+        stack.extend(node.children().map(|child| (child, Some(placed.len()))));
         stack[first_child..].reverse();
-        placed.push((node, world_from_node));
+        placed.push(PlacedNode { node, parent, world_from_node });
     }
     Ok(placed)
 }
@@ -74,7 +84,7 @@ fn is_hidden(node: &gltf::Node<'_>) -> bool {
 
 /// Refuses more triangles than can be used before any is read: instances and accessors that primitives share
 /// let a small file claim any number.
-fn check_triangle_count(document: &Document, nodes: &[(gltf::Node<'_>, Mat4)]) -> Result<(), Reason> {
+fn check_triangle_count(document: &Document, nodes: &[PlacedNode<'_>]) -> Result<(), Reason> {
     let mut of_mesh = Vec::new();
     for mesh in document.meshes() {
         of_mesh.push(mesh.primitives().map(|p| claimed_triangles(&p)).fold(0, usize::saturating_add));
@@ -83,7 +93,7 @@ fn check_triangle_count(document: &Document, nodes: &[(gltf::Node<'_>, Mat4)]) -
         let of_copy = node.mesh().map_or(0, |mesh| of_mesh[mesh.index()]);
         of_copy.saturating_mul(claimed_copies(document, node))
     };
-    let triangles = nodes.iter().map(|(node, _)| of_node(node)).fold(0, usize::saturating_add);
+    let triangles = nodes.iter().map(|placed| of_node(&placed.node)).fold(0, usize::saturating_add);
     if triangles > MAX_TRIANGLES {
         return Err(format!(
             "with all instances it claims {triangles} triangles; at most {MAX_TRIANGLES} can be used"
@@ -109,12 +119,15 @@ struct Flattener<'a> {
     materials: &'a Materials,
     warnings: &'a mut Warnings,
     scene: Scene,
+    parts: Vec<Part>,
     /// Each mesh is read once, however many nodes show it.
     meshes: HashMap<usize, Vec<Primitive>>,
 }
 
 impl Flattener<'_> {
-    fn add_node(&mut self, node: &gltf::Node<'_>, world_from_node: Mat4) -> Result<(), Reason> {
+    fn add_node(&mut self, placed: &PlacedNode<'_>, place: usize) -> Result<(), Reason> {
+        let PlacedNode { node, world_from_node, .. } = placed;
+        let world_from_node = *world_from_node;
         if let Some(light) = node.light() {
             self.scene.lights.extend(light_at_node(&light, world_from_node, self.warnings));
         }
@@ -140,6 +153,8 @@ impl Flattener<'_> {
                     mesh_name: mesh.name().unwrap_or_default().into(),
                     primitive: primitive.index,
                 });
+                let first_vertex = self.scene.positions.len();
+                self.parts.push(part_of(primitive, first_vertex, place, node_from_copy));
                 let world_from_copy = world_from_node * node_from_copy;
                 append_instance(&mut self.scene, primitive, world_from_copy, self.warnings)
                     .map_err(at_node)?;
@@ -160,13 +175,19 @@ impl Flattener<'_> {
         Ok(primitives)
     }
 
-    fn finish(self) -> Scene {
+    fn finish(self) -> (Scene, Vec<Part>) {
         let mut scene = self.scene;
         if !scene.uv1.is_empty() {
             scene.uv1.resize(scene.positions.len(), Vec2::ZERO);
         }
-        scene
+        (scene, self.parts)
     }
+}
+
+/// The vertices of a primitive as a node moves them.
+fn part_of(primitive: &Primitive, first_vertex: usize, node: usize, node_from_mesh: Mat4) -> Part {
+    let Primitive { positions, normals, tangents, joints, weights, .. } = primitive.clone();
+    Part { first_vertex, node, node_from_mesh, skin: None, positions, normals, tangents, joints, weights }
 }
 
 /// Appends a primitive in world space, as triangles of the last source instance. Under a mirroring transform

@@ -11,14 +11,17 @@ use super::tangents::add_tangents;
 use super::topology::{claimed_triangles, compact, corner_indices, triangles_from_mode, unshared};
 use super::{Reason, Warnings};
 
-/// Triangles of one primitive. All per-vertex arrays have the same length, but for `uv1`, which may be empty.
-#[derive(Default)]
+/// Triangles of one primitive. All per-vertex arrays have the same length, but for those that may be empty.
+#[derive(Clone, Default)]
 pub(super) struct Primitive {
     pub(super) positions: Vec<Vec3>,
     pub(super) normals: Vec<Vec3>,
     pub(super) tangents: Vec<Vec4>,
     pub(super) uv0: Vec<Vec2>,
     pub(super) uv1: Vec<Vec2>,
+    /// Joints of a skin and their weights, or both empty.
+    pub(super) joints: Vec<[u16; 4]>,
+    pub(super) weights: Vec<Vec4>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) material: u32,
     /// Its index in the mesh.
@@ -34,6 +37,10 @@ impl Primitive {
         self.uv0.push(self.uv0[vertex]);
         if !self.uv1.is_empty() {
             self.uv1.push(self.uv1[vertex]);
+        }
+        if !self.joints.is_empty() {
+            self.joints.push(self.joints[vertex]);
+            self.weights.push(self.weights[vertex]);
         }
         self.positions.len() as u32 - 1
     }
@@ -57,6 +64,8 @@ struct Attributes<'a> {
     normals: Option<Elements<'a>>,
     tangents: Option<Elements<'a>>,
     uvs: [Option<Elements<'a>>; 2],
+    /// Joints and weights of a skin. Those that cannot be read only matter to what moves, and are left out.
+    skin: Option<[Elements<'a>; 2]>,
 }
 
 impl<'a> Attributes<'a> {
@@ -79,7 +88,11 @@ impl<'a> Attributes<'a> {
                 return Err(format!("an attribute has {} elements for {} positions", counts.0, counts.1));
             }
         }
-        Ok(Some(Self { positions, normals, tangents, uvs }))
+        let of_skin = |semantic: Semantic| {
+            optional(semantic, Dimensions::Vec4).ok().flatten().filter(|it| it.count >= positions.count)
+        };
+        let skin = of_skin(Semantic::Joints(0)).zip(of_skin(Semantic::Weights(0))).map(<[_; 2]>::from);
+        Ok(Some(Self { positions, normals, tangents, uvs, skin }))
     }
 }
 
@@ -117,6 +130,11 @@ pub(super) fn import_primitive(
     read_positions(&mut primitive, &vertices, &attributes.positions)?;
     read_normals(&mut primitive, &vertices, attributes.normals.as_ref(), warnings);
     read_uvs(&mut primitive, &vertices, &attributes.uvs, materials, warnings);
+    if let Some([joints, weights]) = &attributes.skin {
+        let joint = |v: &u32| joints.vector(*v as usize).map(|joint: f32| joint as u16);
+        primitive.joints = vertices.iter().map(joint).collect();
+        primitive.weights = vertices.iter().map(|v| Vec4::from(weights.vector(*v as usize))).collect();
+    }
     match &attributes.tangents {
         // Without normals the specification has tangents ignored.
         Some(tangents) if attributes.normals.is_some() => {

@@ -28,7 +28,8 @@ const READ_MEMBERS: [&str; 14] = [
 ];
 
 /// Vertex attributes that are read. Colours are only counted.
-const READ_ATTRIBUTES: [&str; 6] = ["POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"];
+const READ_ATTRIBUTES: [&str; 8] =
+    ["POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0", "JOINTS_0", "WEIGHTS_0"];
 
 /// OpenGL's numbers for clamping, mirroring and repeating.
 const WRAPPING_MODES: [u64; 3] = [33071, 33648, 10497];
@@ -79,10 +80,14 @@ fn elements<'a>(document: &'a mut Value, array: &str) -> impl Iterator<Item = &'
     elements.into_iter().flatten().filter_map(Value::as_object_mut)
 }
 
+/// What is said of skins where nothing moves.
+pub(super) const LEFT_IN_BIND_POSE: &str =
+    "skinned meshes, left in their bind pose; apply the pose before the export";
+
 fn tidy_node(node: &mut Members, warnings: &mut Warnings) {
     node.remove("weights");
     if node.remove("skin").is_some() && node.contains_key("mesh") {
-        warnings.add("skinned meshes, left in their bind pose; apply the pose before the export", 1);
+        warnings.add(LEFT_IN_BIND_POSE, 1);
     }
 }
 

@@ -56,14 +56,15 @@ impl Setup {
     ///   "eval_bounds": [[-1, 0, -1], [1, 2, 1]],
     ///   "objects": [
     ///     {"file": "chair.glb", "position": [1, 0, 0], "yaw_deg": 90, "scale": 1.0},
-    ///     {"file": "ball.glb", "path": [{"time": 0, "position": [0, 1, 0]}, {"time": 2, "position": [0, 1, 3]}]} ] }
+    ///     {"file": "fox.glb", "clip": "Walk", "path": [{"time": 0, "position": [0, 1, 0]}, {"time": 2, "position": [0, 1, 3]}]} ] }
     /// ```
     ///
     /// Intensities are in W/sr, irradiance in W/m², radiance in W·m⁻²·sr⁻¹; spot angles are half angles.
     /// A directional light's `direction` is the way its light travels. Instead of `radiance` a sky may have
     /// `zenith`, `horizon` and `ground`. Point and spot lights may have a `range` in metres, where their light ends as
     /// `KHR_lights_punctual` defines it. `range`, `emissive_scale`, `eval_bounds` and
-    /// `objects` may be left out. Files of objects are looked for beside the setup; times are seconds, a yaw turns about +Y.
+    /// `objects` may be left out. Files of objects are looked for beside the setup; a clip
+    /// is an animation of the file; times are seconds, a yaw turns about +Y.
     ///
     /// # Errors
     /// [`SceneError::Setup`], with the path of the field and what is allowed there, if it breaks these rules.

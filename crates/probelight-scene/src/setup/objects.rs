@@ -14,6 +14,8 @@ pub struct ObjectPath {
     pub file: PathBuf,
     /// Where it is when, at least one, in the order of time.
     pub keyframes: Vec<Keyframe>,
+    /// The animation of the file that it plays from the beginning on, again and again.
+    pub clip: Option<String>,
 }
 
 /// Where an object is at some time.
@@ -52,14 +54,13 @@ pub(super) fn objects(field: &Field<'_>) -> Result<Vec<ObjectPath>, String> {
 fn object_path(field: &Field<'_>) -> Result<ObjectPath, String> {
     let members = field.object()?;
     let file = members.required("file")?.text()?.into();
+    let clip = members.optional("clip").map(|clip| clip.text()).transpose()?.map(Into::into);
     let Some(path) = members.optional("path") else {
-        members.allow_only(&["file", "path", "position", "yaw_deg", "scale"])?;
-        return Ok(ObjectPath {
-            file,
-            keyframes: vec![Keyframe { time: 0.0, placement: placement(field, &members)? }],
-        });
+        members.allow_only(&["file", "clip", "path", "position", "yaw_deg", "scale"])?;
+        let keyframes = vec![Keyframe { time: 0.0, placement: placement(field, &members)? }];
+        return Ok(ObjectPath { file, keyframes, clip });
     };
-    members.allow_only(&["file", "path"])?;
+    members.allow_only(&["file", "clip", "path"])?;
     let mut keyframes: Vec<Keyframe> = Vec::new();
     for field in path.array()? {
         let key = field.object()?;
@@ -73,7 +74,7 @@ fn object_path(field: &Field<'_>) -> Result<ObjectPath, String> {
     if keyframes.is_empty() {
         return Err(path.error("a path needs at least one keyframe"));
     }
-    Ok(ObjectPath { file, keyframes })
+    Ok(ObjectPath { file, keyframes, clip })
 }
 
 fn placement(field: &Field<'_>, members: &Object<'_>) -> Result<Placement, String> {

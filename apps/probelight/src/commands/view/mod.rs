@@ -83,10 +83,10 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     input::light_on_gpu(&mut runtime, &setup, console)?;
     interrupt::check()?;
 
-    let mut scene = LiveScene { gpu, runtime, renderer, objects };
+    let mut scene = LiveScene { gpu, runtime, renderer, movers, objects };
     let ev = flags.exposure.map_or_else(|| scene.automatic_exposure(&camera), Ok)?;
     let diagonal = baked.scene.bounds().diagonal();
-    let viewer = Viewer::new(camera, setup.lighting, ev, diagonal, movers.paths());
+    let viewer = Viewer::new(camera, setup.lighting, ev, diagonal, scene.movers.paths());
     let name = flags.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     console.clear_progress();
     let mut window = SceneWindow::new(name, scene, viewer);

@@ -77,6 +77,11 @@ impl Viewer {
         Self { start: state.clone(), state, paths, diagonal }
     }
 
+    /// Seconds since the beginning.
+    pub(super) fn time(&self) -> f32 {
+        self.state.time
+    }
+
     /// Where the objects are. At the end of its path an object begins anew.
     pub(super) fn placements(&self) -> impl Iterator<Item = Placement> {
         self.paths.iter().zip(&self.state.shifts).map(|(path, (offset, angle))| {
@@ -326,8 +331,11 @@ mod tests {
     fn chosen_objects_move_instead_of_the_light_and_paths_begin_anew() {
         let mut viewer = viewer(vec![lamp()]);
         let key = |time: f32| Keyframe { time, placement: Placement::at(Vec3::X * time) };
-        let [still, moving] = [vec![key(0.0)], vec![key(0.0), key(4.0)]]
-            .map(|keyframes| ObjectPath { file: "a.glb".into(), keyframes });
+        let [still, moving] = [vec![key(0.0)], vec![key(0.0), key(4.0)]].map(|keyframes| ObjectPath {
+            file: "a.glb".into(),
+            keyframes,
+            clip: None,
+        });
         viewer = Viewer::new(viewer.state.camera, viewer.state.lighting, 0.0, DIAGONAL, vec![still, moving]);
         let at = |viewer: &Viewer| viewer.placements().map(|p| p.translation).collect::<Vec<_>>();
         viewer.advance(&HashSet::new(), 5.0);

@@ -22,6 +22,7 @@ use super::controls::{self, Action, Motion};
 use super::screen::Screen;
 use super::viewer::Viewer;
 use crate::interrupt;
+use crate::movers::Movers;
 
 /// Pause while nothing can be seen of the window.
 const HIDDEN_PAUSE: Duration = Duration::from_millis(50);
@@ -30,6 +31,7 @@ const HIDDEN_PAUSE: Duration = Duration::from_millis(50);
 pub(super) struct LiveScene {
     pub(super) gpu: GpuDevice,
     pub(super) runtime: GpuRuntime,
+    pub(super) movers: Movers,
     pub(super) objects: Vec<ObjectId>,
     pub(super) renderer: GpuRenderer,
 }
@@ -111,7 +113,7 @@ impl SceneWindow {
     fn frame(&mut self) -> anyhow::Result<()> {
         let Some(screen) = &mut self.screen else { return Ok(()) };
         screen.window.request_redraw();
-        let LiveScene { gpu, runtime, renderer, objects } = &mut self.scene;
+        let LiveScene { gpu, runtime, renderer, movers, objects } = &mut self.scene;
         let Some(texture) = screen.next_texture(gpu)? else {
             std::thread::sleep(HIDDEN_PAUSE);
             return Ok(());
@@ -119,6 +121,7 @@ impl SceneWindow {
         self.viewer.advance(&self.held, self.clock.tick(Instant::now()));
         let state = &self.viewer.state;
         runtime.set_lighting(state.lighting.clone())?;
+        movers.pose(objects, runtime.objects_mut(), self.viewer.time())?;
         for (id, placement) in objects.iter().zip(self.viewer.placements()) {
             runtime.objects_mut().place(*id, placement)?;
         }
