@@ -33,7 +33,7 @@ pub use animated_model::AnimatedModel;
 pub use camera::Camera;
 pub use error::{SceneError, Warning};
 #[cfg(feature = "gltf")]
-pub use gltf_import::{load_animated_gltf, load_gltf, parse_gltf};
+pub use gltf_import::{load_animated_gltf, load_gltf, parse_animated_gltf, parse_gltf};
 pub use light::{Illumination, Light, Lighting, Sky, range_window};
 pub use material::{AlphaMode, Material, Texture, TextureSlot};
 pub use object::{Object, Placement};

@@ -129,6 +129,23 @@ fn spoilt_fields() -> Vec<(&'static str, Value, &'static str)> {
         ),
         ("/cameras/0/height", json!(20_000), "cameras[0]: its image is 640 × 20000 pixels"),
         ("/cameras/1/width", json!(1.5), "cameras[1].width: a whole number"),
+        ("/objects", json!([{"position": [0, 0, 0]}]), "objects[0].file is missing"),
+        ("/objects", json!([{"file": "a.glb"}]), "objects[0].position is missing"),
+        (
+            "/objects",
+            json!([{"file": "a.glb", "position": [0, 0, 0], "scale": 0}]),
+            "objects[0]: its scale is 0",
+        ),
+        (
+            "/objects",
+            json!([{"file": "a.glb", "path": []}]),
+            "objects[0].path: a path needs at least one keyframe",
+        ),
+        (
+            "/objects",
+            json!([{"file": "a.glb", "path": [{"time": 1, "position": [0, 0, 0]}, {"time": 1, "position": [0, 0, 0]}]}]),
+            "objects[0].path[1]: times must grow",
+        ),
         ("/eval_bounds", json!([[0, 0, 0]]), "eval_bounds: two corners expected"),
         ("/eval_bounds/0", json!([2, 0, 0]), "eval_bounds: the first corner must not exceed"),
     ]
@@ -148,6 +165,27 @@ fn each_wrong_field_is_named_with_what_is_allowed() {
         let error = load_text(&setup.to_string()).unwrap_err().to_string();
         assert!(error.contains(message) && error.contains("setup.json"), "{pointer}: {error}");
     }
+}
+
+#[test]
+fn objects_move_between_their_keyframes() {
+    let mut setup = evening();
+    let key = |time: f32, x: f32, yaw: f32| json!({"time": time, "position": [x, 0, 0], "yaw_deg": yaw});
+    setup["objects"] = json!([
+        {"file": "a.glb", "clip": "Walk", "path": [key(1.0, 0.0, 0.0), key(3.0, 4.0, 90.0)]},
+        {"file": "b.glb", "position": [1, 2, 3], "scale": 2}
+    ]);
+    let setup = load_text(&setup.to_string()).unwrap();
+    let [moving, still] = &setup.objects[..] else { panic!("{:?}", setup.objects) };
+    let x = |time: f32| moving.placement(time).translation.x;
+    assert_eq!([0.0, 1.0, 2.0, 3.0, 9.0].map(x), [0.0, 0.0, 2.0, 4.0, 4.0]);
+    let forward = moving.placement(2.0).direction(Vec3::X);
+    assert!(forward.abs_diff_eq(Vec3::new(0.5f32.sqrt(), 0.0, -0.5f32.sqrt()), 1e-6), "{forward}");
+    assert_eq!((moving.clip.as_deref(), moving.end()), (Some("Walk"), 3.0));
+    assert_eq!(
+        (still.placement(5.0).translation, still.placement(5.0).scale),
+        (Vec3::new(1.0, 2.0, 3.0), 2.0)
+    );
 }
 
 #[test]

@@ -94,8 +94,16 @@ pub fn parse_gltf(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
 pub fn load_animated_gltf(path: &Path) -> Result<AnimatedModel, SceneError> {
     let bytes =
         resources::read_document(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+    parse_animated_gltf(&bytes, path)
+}
+
+/// Like [`load_animated_gltf`], for a file already in memory, as [`parse_gltf`].
+///
+/// # Errors
+/// [`SceneError::Gltf`], as [`load_animated_gltf`].
+pub fn parse_animated_gltf(bytes: &[u8], path: &Path) -> Result<AnimatedModel, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let read = scene_and_motion(&bytes, folder, Motion::new);
+    let read = scene_and_motion(bytes, folder, Motion::new);
     let (mut scene, motion) = read.map_err(|reason| SceneError::Gltf { path: path.into(), reason })?;
     if motion.parts.iter().any(|part| part.skin.is_some()) {
         scene.warnings.retain(|warning| warning.message != tidy::LEFT_IN_BIND_POSE);
@@ -115,7 +123,9 @@ fn scene_and_motion<M>(
     let resources = resources::Resources::load(&document, binary, folder)?;
     let materials = materials::import_materials(&document, &resources, &mut warnings)?;
     let nodes = nodes::placed_nodes(&document, &mut warnings)?;
-    let (mut scene, parts) = nodes::flatten(&document, &resources, &materials, &nodes, &mut warnings)?;
+    let mut parts = Vec::new();
+    let mut scene =
+        nodes::flatten(&document, &resources, &materials, &nodes, &mut warnings, |part| parts.push(part))?;
     scene.materials = materials.materials;
     scene.textures = materials.textures;
     if scene.triangles.is_empty() {

@@ -17,17 +17,19 @@ use crate::animated_model::Part;
 use crate::{Scene, SourceInstance, SourceTriangle};
 
 /// Collects world-space triangles, lights and cameras of the default scene, in the order of its tree; of all
-/// root nodes if there is no scene. Also says which of the vertices belong to which node.
+/// root nodes if there is no scene. Hands `add_part` the vertices of
+/// each node, as it moves them.
 pub(super) fn flatten(
     document: &Document,
     resources: &Resources<'_>,
     materials: &Materials,
     nodes: &[PlacedNode<'_>],
     warnings: &mut Warnings,
-) -> Result<(Scene, Vec<Part>), Reason> {
+    mut add_part: impl FnMut(Part),
+) -> Result<Scene, Reason> {
     check_triangle_count(document, nodes)?;
-    let (scene, parts, meshes) = (Scene::default(), Vec::new(), HashMap::new());
-    let mut flattener = Flattener { document, resources, materials, warnings, scene, parts, meshes };
+    let (scene, meshes, add_part) = (Scene::default(), HashMap::new(), &mut add_part);
+    let mut flattener = Flattener { document, resources, materials, warnings, scene, add_part, meshes };
     for (place, node) in nodes.iter().enumerate() {
         flattener.add_node(node, place)?;
     }
@@ -119,7 +121,7 @@ struct Flattener<'a> {
     materials: &'a Materials,
     warnings: &'a mut Warnings,
     scene: Scene,
-    parts: Vec<Part>,
+    add_part: &'a mut dyn FnMut(Part),
     /// Each mesh is read once, however many nodes show it.
     meshes: HashMap<usize, Vec<Primitive>>,
 }
@@ -154,7 +156,7 @@ impl Flattener<'_> {
                     primitive: primitive.index,
                 });
                 let first_vertex = self.scene.positions.len();
-                self.parts.push(part_of(primitive, first_vertex, place, node_from_copy));
+                (self.add_part)(part_of(primitive, first_vertex, place, node_from_copy));
                 let world_from_copy = world_from_node * node_from_copy;
                 append_instance(&mut self.scene, primitive, world_from_copy, self.warnings)
                     .map_err(at_node)?;
@@ -175,19 +177,28 @@ impl Flattener<'_> {
         Ok(primitives)
     }
 
-    fn finish(self) -> (Scene, Vec<Part>) {
+    fn finish(self) -> Scene {
         let mut scene = self.scene;
         if !scene.uv1.is_empty() {
             scene.uv1.resize(scene.positions.len(), Vec2::ZERO);
         }
-        (scene, self.parts)
+        scene
     }
 }
 
 /// The vertices of a primitive as a node moves them.
 fn part_of(primitive: &Primitive, first_vertex: usize, node: usize, node_from_mesh: Mat4) -> Part {
-    let Primitive { positions, normals, tangents, joints, weights, .. } = primitive.clone();
-    Part { first_vertex, node, node_from_mesh, skin: None, positions, normals, tangents, joints, weights }
+    Part {
+        first_vertex,
+        node,
+        node_from_mesh,
+        skin: None,
+        positions: primitive.positions.clone(),
+        normals: primitive.normals.clone(),
+        tangents: primitive.tangents.clone(),
+        joints: primitive.joints.clone(),
+        weights: primitive.weights.clone(),
+    }
 }
 
 /// Appends a primitive in world space, as triangles of the last source instance. Under a mirroring transform

@@ -12,7 +12,7 @@ use super::topology::{claimed_triangles, compact, corner_indices, triangles_from
 use super::{Reason, Warnings};
 
 /// Triangles of one primitive. All per-vertex arrays have the same length, but for those that may be empty.
-#[derive(Clone, Default)]
+#[derive(Default)]
 pub(super) struct Primitive {
     pub(super) positions: Vec<Vec3>,
     pub(super) normals: Vec<Vec3>,

@@ -66,7 +66,11 @@ impl Glb {
 
     /// Appends floating-point elements as an accessor; returns its index.
     pub(crate) fn push_floats(&mut self, kind: &str, numbers: &[f32]) -> usize {
-        let components = kind[3..].parse::<usize>().unwrap();
+        let components = match kind {
+            "SCALAR" => 1,
+            "MAT4" => 16,
+            vector => vector[3..].parse::<usize>().unwrap(),
+        };
         let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
         self.push_accessor(F32, kind, numbers.len() / components, &bytes)
     }
