@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use clap::ValueEnum;
 use probelight_bake::BakeOptions;
-use probelight_math::glam::{Vec3, vec3};
-use probelight_scene::{Camera, Light, Lighting, Scene, Sky, parse_gltf};
+use probelight_math::glam::{Quat, Vec3, vec3};
+use probelight_scene::{Camera, Light, Lighting, Placement, Scene, Sky, parse_gltf};
 
 /// A scene inside the program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -52,6 +52,33 @@ impl BundledScene {
         Ok(Arc::new(parse_gltf(self.glb(), Path::new(&path))?))
     }
 
+    /// The ball that moves along with the light: its model.
+    pub(crate) fn ball() -> anyhow::Result<Arc<Scene>> {
+        let glb = include_bytes!("../../../assets/objects/ball.glb");
+        Ok(Arc::new(parse_gltf(glb, Path::new("ball.glb"))?))
+    }
+
+    /// Where the ball is in each position of the light.
+    pub(crate) fn ball_path(self) -> [Placement; 4] {
+        let (places, scale): ([Vec3; 4], f32) = match self {
+            Self::Atrium => (
+                [vec3(-8.5, 0.0, 2.2), vec3(-7.5, 0.0, 0.9), vec3(-8.0, 0.0, -0.6), vec3(-9.0, 0.0, -2.0)],
+                1.6,
+            ),
+            Self::Rooms => {
+                ([vec3(2.0, 0.0, 3.2), vec3(2.7, 0.0, 2.9), vec3(3.5, 0.0, 2.6), vec3(4.3, 0.0, 2.2)], 1.0)
+            }
+            Self::Cornell => {
+                ([vec3(1.0, 0.0, 0.7), vec3(1.9, 0.0, 0.5), vec3(3.4, 0.0, 0.7), vec3(4.6, 0.0, 1.2)], 1.5)
+            }
+        };
+        let mut turn = 0.0;
+        places.map(|translation| {
+            turn += 0.9;
+            Placement { translation, rotation: Quat::from_rotation_y(turn), scale }
+        })
+    }
+
     /// Settings that bring the demo's first picture within half a minute on two cores.
     pub(crate) fn bake_options(self) -> BakeOptions {
         let (receivers, gather_rays) = match self {
@@ -59,7 +86,12 @@ impl BundledScene {
             Self::Rooms => (40_000, 512),
             Self::Cornell => (12_000, 1024),
         };
-        BakeOptions { receivers: Some(receivers), gather_rays: Some(gather_rays), ..BakeOptions::default() }
+        BakeOptions {
+            receivers: Some(receivers),
+            gather_rays: Some(gather_rays),
+            grid_vertices: Some(2_000),
+            ..BakeOptions::default()
+        }
     }
 
     /// Paths per pixel of the reference pictures.

@@ -95,14 +95,9 @@ impl<'a> IrradianceGrid<'a> {
             let Some(cell) = self.places.cell(low.as_uvec3()) else { continue };
             let share = Vec3::select(step.cmpeq(UVec3::ONE), nearness, Vec3::ONE).element_product();
             let lighting = self.baked.corners_lighting(&self.baked.grid_cells[cell as usize], place.position);
-            for (corner, sight) in corners().zip(&mut sight) {
-                let own = corner.as_ivec3() - way;
-                let is_corner = own.cmpge(IVec3::ZERO).all() && own.cmple(IVec3::ONE).all();
-                let bit = own.x + 2 * own.y + 4 * own.z;
-                if is_corner && lighting >> bit & 1 == 0 {
-                    *sight *= 1.0 - share;
-                }
-            }
+            let blocked = corners_from_next(!lighting, way);
+            let hidden = sight.iter_mut().enumerate().filter(|(corner, _)| blocked >> corner & 1 == 1);
+            hidden.for_each(|(_, sight)| *sight *= 1.0 - share);
         }
         sight
     }
@@ -215,6 +210,17 @@ fn corners() -> impl Iterator<Item = UVec3> {
 
 fn corner(i: u32) -> UVec3 {
     UVec3::new(i & 1, i >> 1 & 1, i >> 2)
+}
+
+/// The corners of a cell, a bit each, that are those of a cell `way` next to it; of those, the bits that are set there.
+fn corners_from_next(next: u8, way: IVec3) -> u8 {
+    // Of each axis, the corners on its lower side, and how far the upper ones' bits lie from theirs.
+    let axes = [(0x55, 1), (0x33, 2), (0x0F, 4)];
+    axes.into_iter().zip(way.to_array()).fold(next, |bits, ((lower, shift), way)| match way.signum() {
+        1 => (bits & lower) << shift,
+        -1 => (bits & !lower) >> shift,
+        _ => bits,
+    })
 }
 
 /// Where a position lies between the vertices of a grid.

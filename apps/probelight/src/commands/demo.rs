@@ -11,7 +11,7 @@ use probelight_render::comparison::difference;
 use probelight_render::contact_sheet::ContactSheetRow;
 use probelight_render::gpu::GpuView;
 use probelight_render::{ContactSheet, Exposure, Image, PixelFilter, ToneMap};
-use probelight_scene::{Camera, Setup};
+use probelight_scene::{Camera, Object, Scene, Setup};
 use probelight_trace::{PathTracer, Tracer};
 use serde::Serialize;
 
@@ -151,9 +151,10 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     baked.write(&report.baked_file)?;
 
     let mut studio = Studio::new(backend, Arc::new(baked))?;
-    let lit = light_all(flags, &mut studio, start, &mut report, console)?;
+    let ball = BundledScene::ball()?;
+    let lit = light_all(flags, &mut studio, &ball, start, &mut report, console)?;
     console.note("path tracing the same pictures, to compare; this takes a minute or so ...");
-    let sheet = compare_all(flags.scene, &Arc::new(Tracer::new(scene)), &lit, &mut report, console)?;
+    let sheet = compare_all(flags.scene, &scene, &lit, &mut report, console)?;
     console.clear_progress();
     sheet.draw().write_png(&report.contact_sheet)?;
     report.seconds.total = start.elapsed().as_secs_f64();
@@ -163,6 +164,8 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
 /// The scene in one position of its light.
 struct LitPictures {
     position: LightPosition,
+    /// What moves through it.
+    ball: Object,
     bounces: usize,
     without: Image,
     with: Image,
@@ -185,6 +188,7 @@ impl LitPictures {
 fn light_all(
     flags: &Flags,
     studio: &mut Studio,
+    ball: &Arc<Scene>,
     start: Instant,
     report: &mut Report,
     console: &Console,
@@ -193,15 +197,20 @@ fn light_all(
     let path = flags.scene.light_path();
     let share = 1.0 / path.len() as f64;
     let mut lit = Vec::new();
-    for (number, position) in (1..).zip(path) {
+    let ball_path = flags.scene.ball_path();
+    let mut ball = Object::new(Arc::clone(ball), ball_path[0])?;
+    let id = studio.objects_mut().insert(ball.clone());
+    for ((number, position), place) in (1..).zip(path).zip(ball_path) {
         interrupt::check()?;
+        ball.place(place)?;
+        studio.objects_mut().place(id, place)?;
         let file = flags.out.join(format!("{}-{number}.png", flags.scene.name()));
         output::check(&file, &[])?;
         let setup = Setup { lighting: position.lighting.clone(), ..Setup::default() };
         let bounces = timed(&mut report.seconds.light, || studio.light(&setup, console))?;
         report.frame_milliseconds.add(&studio.frame()?, share);
         let [without, with] = timed(&mut report.seconds.render, || pictures(studio, &camera, console))?;
-        let pictures = LitPictures { position, bounces, without, with };
+        let pictures = LitPictures { position, ball: ball.clone(), bounces, without, with };
         pictures.sheet().draw().write_png(&file)?;
         if lit.is_empty() {
             report.seconds.first_picture = start.elapsed().as_secs_f64();
@@ -215,18 +224,19 @@ fn light_all(
 
 /// All light positions beside what the path tracer finds, a row each.
 fn compare_all(
-    scene: BundledScene,
-    tracer: &Arc<Tracer>,
+    bundled: BundledScene,
+    scene: &Scene,
     lit: &[LitPictures],
     report: &mut Report,
     console: &Console,
 ) -> anyhow::Result<ContactSheet> {
-    let camera = scene.camera();
+    let camera = bundled.camera();
     let mut rows = Vec::new();
     for pictures in lit {
         interrupt::check()?;
-        let path_tracer = PathTracer::new(Arc::clone(tracer), pictures.position.lighting.clone());
-        let samples = scene.reference_samples();
+        let tracer = Tracer::new(Arc::new(scene.with_objects(std::slice::from_ref(&pictures.ball))));
+        let path_tracer = PathTracer::new(Arc::new(tracer), pictures.position.lighting.clone());
+        let samples = bundled.reference_samples();
         let pixels =
             timed(&mut report.seconds.reference, || path_tracer.render(&camera, samples, 0, console))?;
         let reference = Image { width: camera.width, height: camera.height, pixels };
@@ -237,7 +247,7 @@ fn compare_all(
     let columns =
         ["without GI", "with GI (Probelight)", "path-traced reference", "difference x4 (grey: equal)"];
     Ok(ContactSheet {
-        title: format!("Probelight: {}, baked once, lit {} times", scene.name(), rows.len()),
+        title: format!("Probelight: {}, baked once, lit {} times", bundled.name(), rows.len()),
         columns: columns.map(String::from).into(),
         rows,
     })
@@ -255,7 +265,7 @@ fn pictures(studio: &mut Studio, camera: &Camera, console: &Console) -> anyhow::
 
 /// A row of pictures, all with the exposure that suits the reference.
 fn compare(lit: &LitPictures, reference: &Image) -> Result<(ContactSheetRow, Similarity), EvalError> {
-    let LitPictures { position, bounces, without, with } = lit;
+    let LitPictures { position, bounces, without, with, .. } = lit;
     let tone_map = ToneMap::new(Exposure::Automatic, reference);
     let similarity = Similarity {
         name: position.name.clone(),

@@ -177,6 +177,7 @@ fn clusters_are_checked() {
 fn the_grid_is_checked() {
     refused("origin or a spacing", |b| b.grid.spacing.y = f32::NAN);
     refused("2 blocks of a grid with 2 × 5 × 6 vertices", |b| b.grid.counts.z = 6);
+    refused("a grid without cells between its vertices", |b| b.grid.counts.z = 1);
     refused("block 1 of the grid's vertices does not start", |b| b.grid_blocks[1].first = 0);
     refused("need 2 vertices, and there are 1", |b| b.grid_blocks[1].present[1] = 8);
     refused("5 rows of 1 vertices of the grid with 6 each", |b| b.grid_receivers.truncate(5));

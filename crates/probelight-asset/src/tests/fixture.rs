@@ -41,7 +41,7 @@ pub(super) fn baked_parts() -> BakedParts {
         grid: GridLayout {
             origin: Vec3::new(0.1, 0.2, -3.5),
             spacing: Vec3::new(1.0, 2.0, 1.5),
-            counts: UVec3::new(2, 5, 1),
+            counts: UVec3::new(2, 5, 2),
         },
         grid_blocks: vec![GridBlock::new(1 << 5, 0), GridBlock::new(0, 1)],
         grid_vertices: vec![GridVertex { offset: [3, -127, 0, 0] }],

@@ -6,7 +6,7 @@ use probelight_asset::BakedScene;
 use probelight_runtime::SurfaceColors;
 use probelight_runtime::gpu::device::checked;
 use probelight_runtime::gpu::{GpuError, GpuRuntime, GridTables, MovingGeometry, SceneGeometry, ShadowMaps};
-use probelight_scene::{AlphaMode, Camera, Lighting};
+use probelight_scene::{Camera, Lighting};
 
 use super::frame_record::FrameRecord;
 use super::markers::Markers;
@@ -189,11 +189,11 @@ impl GpuRenderer {
         pass.set_bind_group(3, scene.grid.bind_group(), &[]);
         pass.set_vertex_buffer(0, scene.geometry.positions.slice(..));
         pass.set_vertex_buffer(1, self.attributes.slice(..));
+        let Pipelines { surface, surface_with_objects, .. } = &self.pipelines;
+        let pipelines = if scene.moving.count > 0 { surface_with_objects } else { surface };
         for part in &scene.geometry.parts {
             let material = part.material as usize;
-            let is_masked = matches!(self.baked.scene.materials[material].alpha_mode, AlphaMode::Mask { .. });
-            let Pipelines { surface, masked_surface, .. } = &self.pipelines;
-            pass.set_pipeline(if is_masked { masked_surface } else { surface });
+            pass.set_pipeline(pipelines.of(&self.baked.scene.materials[material]));
             pass.set_bind_group(2, &self.materials.bind_groups[material], &[]);
             pass.draw(part.vertices.clone(), 0..1);
         }
@@ -206,9 +206,7 @@ impl GpuRenderer {
             pass.set_vertex_buffer(1, surfaces.attributes.slice(..));
             for part in &model.geometry.parts {
                 let material = part.material as usize;
-                let is_masked = matches!(model.model.materials[material].alpha_mode, AlphaMode::Mask { .. });
-                let Pipelines { object, masked_object, .. } = &self.pipelines;
-                pass.set_pipeline(if is_masked { masked_object } else { object });
+                pass.set_pipeline(self.pipelines.object.of(&model.model.materials[material]));
                 pass.set_bind_group(2, &surfaces.materials.bind_groups[material], &[]);
                 pass.draw(part.vertices.clone(), model.objects.clone());
             }

@@ -1,6 +1,7 @@
 //! The pipelines of a picture and what shaders bind.
 
 use probelight_runtime::gpu::SceneGeometry;
+use probelight_scene::{AlphaMode, Material};
 
 use super::markers::Markers;
 use super::picture_target::{DEPTH_FORMAT, PICTURE_FORMAT, SAMPLES};
@@ -9,14 +10,27 @@ use super::{shaders, surface_attributes};
 /// How each kind of thing is drawn.
 #[derive(Debug)]
 pub(super) struct Pipelines {
-    pub(super) surface: wgpu::RenderPipeline,
-    pub(super) masked_surface: wgpu::RenderPipeline,
-    pub(super) object: wgpu::RenderPipeline,
-    pub(super) masked_object: wgpu::RenderPipeline,
+    pub(super) surface: SurfacePipelines,
+    pub(super) surface_with_objects: SurfacePipelines,
+    pub(super) object: SurfacePipelines,
     pub(super) sky: wgpu::RenderPipeline,
     pub(super) spheres: wgpu::RenderPipeline,
     pub(super) discs: wgpu::RenderPipeline,
     marker_layout: wgpu::BindGroupLayout,
+}
+
+/// For opaque and for alpha-masked materials.
+#[derive(Debug)]
+pub(super) struct SurfacePipelines {
+    opaque: wgpu::RenderPipeline,
+    masked: wgpu::RenderPipeline,
+}
+
+impl SurfacePipelines {
+    /// That for a material.
+    pub(super) fn of(&self, material: &Material) -> &wgpu::RenderPipeline {
+        if matches!(material.alpha_mode, AlphaMode::Mask { .. }) { &self.masked } else { &self.opaque }
+    }
 }
 
 impl Pipelines {
@@ -40,19 +54,20 @@ impl Pipelines {
         };
         let surface_layouts = [Some(lights), Some(frame), Some(material), Some(grid)];
         let marker_layouts = [None, Some(frame), Some(&marker_layout)];
-        let surfaces = Drawn {
-            attributes: &attributes,
-            ..drawn(&surface, ["surface_vertex", "surface_color"], &surface_layouts)
+        let surfaces = |module, [vertex, opaque, masked]: [&'static str; 3]| {
+            let drawn =
+                Drawn { attributes: &attributes, ..drawn(module, [vertex, opaque], &surface_layouts) };
+            SurfacePipelines {
+                opaque: drawn.pipeline(device),
+                masked: Drawn { is_masked: true, entries: [vertex, masked], ..drawn }.pipeline(device),
+            }
         };
-        let masked =
-            |drawn: &Drawn, entries| Drawn { is_masked: true, entries, ..drawn.clone() }.pipeline(device);
-        let object =
-            Drawn { module: &objects, entries: ["object_vertex", "object_color"], ..surfaces.clone() };
+        let with_objects =
+            ["surface_vertex", "surface_color_with_objects", "masked_surface_color_with_objects"];
         Self {
-            masked_surface: masked(&surfaces, ["surface_vertex", "masked_surface_color"]),
-            surface: surfaces.pipeline(device),
-            masked_object: masked(&object, ["object_vertex", "masked_object_color"]),
-            object: object.pipeline(device),
+            surface: surfaces(&surface, ["surface_vertex", "surface_color", "masked_surface_color"]),
+            surface_with_objects: surfaces(&surface, with_objects),
+            object: surfaces(&objects, ["object_vertex", "object_color", "masked_object_color"]),
             sky: Drawn { has_depth: false, ..drawn(&sky, ["sky_vertex", "sky_color"], &[None, Some(frame)]) }
                 .pipeline(device),
             spheres: drawn(&markers, ["sphere_vertex", "sphere_color"], &marker_layouts).pipeline(device),

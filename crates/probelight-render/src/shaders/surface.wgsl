@@ -19,32 +19,41 @@ fn surface_vertex(
 
 @fragment
 fn surface_color(vertex: SurfaceVertex) -> @location(0) vec4f {
-    return vec4f(color_of_view(scene_surface(vertex)), 1.0);
+    return vec4f(color_of_view(scene_surface(vertex), false), 1.0);
 }
 
 // Alpha becomes the share of a pixel's samples that are covered.
 @fragment
 fn masked_surface_color(vertex: SurfaceVertex) -> @location(0) vec4f {
     let surface = scene_surface(vertex);
-    return vec4f(color_of_view(surface), coverage(surface));
+    return vec4f(color_of_view(surface, false), coverage(surface));
 }
 
-fn color_of_view(surface: Surface) -> vec3f {
+// The same where there are objects; drivers in software take seconds to compile what these need.
+@fragment
+fn surface_color_with_objects(vertex: SurfaceVertex) -> @location(0) vec4f {
+    return vec4f(color_of_view(scene_surface(vertex), true), 1.0);
+}
+
+@fragment
+fn masked_surface_color_with_objects(vertex: SurfaceVertex) -> @location(0) vec4f {
+    let surface = scene_surface(vertex);
+    return vec4f(color_of_view(surface, true), coverage(surface));
+}
+
+fn color_of_view(surface: Surface, has_objects: bool) -> vec3f {
     switch frame.view {
         case VIEW_DIRECT: { return surface.emission + direct_light(surface); }
-        case VIEW_INDIRECT: { return indirect_light(surface); }
-        case VIEW_IRRADIANCE: { return soft_irradiance(surface); }
+        case VIEW_INDIRECT: { return indirect_light(surface, has_objects); }
+        case VIEW_IRRADIANCE: { return soft_irradiance(surface, has_objects); }
         case VIEW_ALBEDO: { return surface.base_color; }
         case VIEW_NORMALS: { return 0.5 + 0.5 * surface.normal; }
         case VIEW_LIGHTMAP_TEXELS: { return texel_of(surface); }
         case VIEW_CLUSTERS: { return cluster_of(surface); }
-        case VIEW_PROBES, VIEW_LIGHT_SAMPLES: { return 0.3 * all_light(surface); }
-        default: { return all_light(surface); }
+        default: {}
     }
-}
-
-fn all_light(surface: Surface) -> vec3f {
-    return surface.emission + direct_light(surface) + indirect_light(surface);
+    let all = surface.emission + direct_light(surface) + indirect_light(surface, has_objects);
+    return all * select(1.0, 0.3, frame.view == VIEW_PROBES || frame.view == VIEW_LIGHT_SAMPLES);
 }
 
 // What a surface reflects of the light that comes straight from the analytic lights.
@@ -64,16 +73,19 @@ fn direct_light(surface: Surface) -> vec3f {
 }
 
 // What a surface reflects of the lightmap's light, which counts as coming evenly from all sides.
-fn indirect_light(surface: Surface) -> vec3f {
+fn indirect_light(surface: Surface, has_objects: bool) -> vec3f {
     var reflectance = surface.base_color;
     if frame.shading == SHADING_PHYSICAL {
         reflectance = diffuse_albedo(surface) + specular_albedo(surface);
     }
-    return reflectance / PI * surface.occlusion * soft_irradiance(surface);
+    return reflectance / PI * surface.occlusion * soft_irradiance(surface, has_objects);
 }
 
 // Irradiance of all but the analytic lights, W/m²: that of the lightmap and what objects make of it.
-fn soft_irradiance(surface: Surface) -> vec3f {
+fn soft_irradiance(surface: Surface, has_objects: bool) -> vec3f {
+    if !has_objects {
+        return irradiance(surface);
+    }
     let objects = object_influence_on_scene(surface.position, surface.face_normal);
     return irradiance(surface) * objects.left + objects.reflected;
 }

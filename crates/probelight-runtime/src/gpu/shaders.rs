@@ -9,7 +9,7 @@ pub const SHADOW_MAPS: &str = include_str!("../shaders/shadow_maps.wgsl");
 /// Objects: `Placement`, `placed_point`, `placed_direction`.
 pub const PLACEMENTS: &str = include_str!("../shaders/placements.wgsl");
 
-/// Light in free space: `light_in_air`, `irradiance_from`, `light_vector`. Bind group 3 of whatever uses it.
+/// Light in free space: `light_in_air`, `irradiance_from`, `lamp_of`. Bind group 3 of whatever uses it.
 pub const GRID: &str = include_str!("../shaders/grid.wgsl");
 
 /// What objects make of soft light: `object_influence`. Goes behind [`GRID`]; bind group 3.

@@ -63,9 +63,13 @@ struct GridCorners {
     is_lit: bool,
 }
 
-// What the vertices that light a place hold there.
+// Light around a place. Nine functions of spherical harmonics are kept; other bases are read from their vertices each time,
+// as shaders have no fast arrays of their own.
 struct GridLight {
-    rows: array<vec3f, MAX_GRID_ROWS>,
+    corners: GridCorners,
+    band_0: vec3f,
+    band_1: mat3x3f,
+    band_2: array<vec3f, 5>,
 }
 
 // Light at a point of a surface that faces along `normal` (unit).
@@ -74,25 +78,37 @@ fn light_in_air(position: vec3f, normal: vec3f) -> GridLight {
     if grid.rows == 0u {
         return light;
     }
-    var corners = corners_around(position);
-    if !corners.is_lit {
-        corners = corners_around(position + grid.off_surface * normal);
+    // Where nothing lights the point, once more off its surface.
+    for (var attempt = 0u; attempt < 2u && !light.corners.is_lit; attempt++) {
+        light.corners = corners_around(position + f32(attempt) * grid.off_surface * normal);
     }
-    if !corners.is_lit {
-        corners = nearest_if_outside(position);
+    if !light.corners.is_lit {
+        light.corners = nearest_if_outside(position);
     }
-    for (var i = 0u; i < 8u; i++) {
-        let weight = corners.weights[i];
-        if weight > 0.0 {
-            let first = corners.vertices[i] * grid.rows;
-            for (var row = 0u; row < grid.rows; row++) {
-                let at = 3u * grid_receivers[first + row];
-                let value = vec3f(receiver_irradiance[at], receiver_irradiance[at + 1u], receiver_irradiance[at + 2u]);
-                light.rows[row] += weight * value;
+    if grid.kind == GRID_SH2 {
+        for (var i = 0u; i < 8u; i++) {
+            let weight = light.corners.weights[i];
+            if weight > 0.0 {
+                let first = 9u * light.corners.vertices[i];
+                light.band_0 += weight * grid_value(first);
+                light.band_1[0] += weight * grid_value(first + 1u);
+                light.band_1[1] += weight * grid_value(first + 2u);
+                light.band_1[2] += weight * grid_value(first + 3u);
+                light.band_2[0] += weight * grid_value(first + 4u);
+                light.band_2[1] += weight * grid_value(first + 5u);
+                light.band_2[2] += weight * grid_value(first + 6u);
+                light.band_2[3] += weight * grid_value(first + 7u);
+                light.band_2[4] += weight * grid_value(first + 8u);
             }
         }
     }
     return light;
+}
+
+// The value of a row of a vertex, W/m².
+fn grid_value(row: u32) -> vec3f {
+    let at = 3u * grid_receivers[row];
+    return vec3f(receiver_irradiance[at], receiver_irradiance[at + 1u], receiver_irradiance[at + 2u]);
 }
 
 // Irradiance of a surface there that faces along `normal` (unit), W/m².
@@ -104,20 +120,15 @@ fn irradiance_from(light: ptr<function, GridLight>, normal: vec3f) -> vec3f {
     var weights = 0.0;
     for (var row = 0u; row < grid.rows; row++) {
         let weight = read_weight(row, normal);
-        sum += weight * (*light).rows[row];
         weights += weight;
+        for (var i = 0u; i < 8u; i++) {
+            let share = weight * (*light).corners.weights[i];
+            if share != 0.0 {
+                sum += share * grid_value((*light).corners.vertices[i] * grid.rows + row);
+            }
+        }
     }
     return max(sum, vec3f(0.0)) / select(1.0, weights, grid.kind == GRID_AXES && weights > 0.0);
-}
-
-// Where most of the light comes from ([SED] figure 4): a unit vector, or zero where no side is brighter than another.
-fn light_vector(light: ptr<function, GridLight>) -> vec3f {
-    var sum = vec3f(0.0);
-    for (var row = 0u; row < grid.rows; row++) {
-        sum += grid_luminance((*light).rows[row]) * grid.axes[row].xyz;
-    }
-    let length = length(sum);
-    return select(vec3f(0.0), sum / max(length, 1e-30), length > 0.0);
 }
 
 fn grid_luminance(color: vec3f) -> f32 {
@@ -175,11 +186,12 @@ fn read_weight(row: u32, n: vec3f) -> f32 {
 
 // The sum of spherical harmonics of bands 0 to 2, each times its row.
 fn harmonics_from(light: ptr<function, GridLight>, n: vec3f) -> vec3f {
-    var sum = 0.2820948 * (*light).rows[0];
-    sum += 0.4886025 * (n.y * (*light).rows[1] + n.z * (*light).rows[2] + n.x * (*light).rows[3]);
-    sum += 1.0925484 * (n.x * n.y * (*light).rows[4] + n.y * n.z * (*light).rows[5] + n.x * n.z * (*light).rows[7]);
-    sum += 0.3153916 * (3.0 * n.z * n.z - 1.0) * (*light).rows[6];
-    return sum + 0.5462742 * (n.x * n.x - n.y * n.y) * (*light).rows[8];
+    var sum = 0.2820948 * (*light).band_0 + 0.4886025 * ((*light).band_1 * n.yzx);
+    sum += 1.0925484 * n.x * n.y * (*light).band_2[0];
+    sum += 1.0925484 * n.y * n.z * (*light).band_2[1];
+    sum += 0.3153916 * (3.0 * n.z * n.z - 1.0) * (*light).band_2[2];
+    sum += 1.0925484 * n.x * n.z * (*light).band_2[3];
+    return sum + 0.5462742 * (n.x * n.x - n.y * n.y) * (*light).band_2[4];
 }
 
 fn corner_at(i: u32) -> vec3u {
@@ -218,29 +230,31 @@ fn corners_around(position: vec3f) -> GridCorners {
     for (var i = 0u; i < 8u; i++) {
         let corner = corner_at(i);
         let vertex = place_at(place.cell + corner).vertex;
-        sight[i] = select(sight[i], 0.0, (vertex & BORROWED) != 0u);
+        let own = select(sight[i / 4u][i % 4u], 0.0, (vertex & BORROWED) != 0u);
+        let share = trilinear_share(place, corner);
+        sight[i / 4u][i % 4u] = own;
         corners.vertices[i] = vertex & ~BORROWED;
-        corners.weights[i] = trilinear_share(place, corner);
-        total += corners.weights[i] * sight[i];
-        seen += sight[i];
+        corners.weights[i] = share * own;
+        total += share * own;
+        seen += own;
     }
     corners.is_lit = seen > 0.0;
     for (var i = 0u; i < 8u; i++) {
-        var weight = sight[i] / max(seen, 1e-30);
         if total > SMALLEST_WEIGHT {
-            weight = corners.weights[i] * sight[i] / total;
+            corners.weights[i] /= total;
+        } else {
+            corners.weights[i] = sight[i / 4u][i % 4u] / max(seen, 1e-30);
         }
-        corners.weights[i] = weight;
     }
     return corners;
 }
 
 // How far walls let each corner light a place, from 0 to 1: its own cell's sharply, those of the next cells fading in over
-// half of it.
-fn corners_in_sight(place: CellPlace) -> array<f32, 8> {
+// half of it. Corners 0 to 3, then 4 to 7.
+fn corners_in_sight(place: CellPlace) -> array<vec4f, 2> {
     let is_lower = place.within < vec3f(0.5);
     let nearness = abs(2.0 * (place.within - 0.5));
-    var sight = array<f32, 8>(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0);
+    var sight = array<vec4f, 2>(vec4f(1.0), vec4f(1.0));
     for (var step = 0u; step < 8u; step++) {
         let stepped = corner_at(step);
         let way = select(vec3i(stepped), -vec3i(stepped), is_lower);
@@ -254,16 +268,22 @@ fn corners_in_sight(place: CellPlace) -> array<f32, 8> {
         }
         let shares = select(vec3f(1.0), nearness, stepped == vec3u(1u));
         let share = shares.x * shares.y * shares.z;
-        let lighting = corners_lighting(number, place.position);
-        for (var i = 0u; i < 8u; i++) {
-            let own = vec3i(corner_at(i)) - way;
-            let bit = u32(own.x + 2 * own.y + 4 * own.z) & 7u;
-            if all(own >= vec3i(0)) && all(own <= vec3i(1)) && (lighting >> bit & 1u) == 0u {
-                sight[i] *= 1.0 - share;
-            }
-        }
+        let blocked = corners_from_next(~corners_lighting(number, place.position), way);
+        sight[0] *= 1.0 - share * vec4f(vec4u(blocked) >> vec4u(0u, 1u, 2u, 3u) & vec4u(1u));
+        sight[1] *= 1.0 - share * vec4f(vec4u(blocked) >> vec4u(4u, 5u, 6u, 7u) & vec4u(1u));
     }
     return sight;
+}
+
+// The corners of a cell, a bit each, that are those of a cell `way` next to it; of those, the bits that are set there.
+fn corners_from_next(next: u32, way: vec3i) -> u32 {
+    var bits = next & 0xFFu;
+    bits = select(bits, (bits & 0x55u) << 1u, way.x > 0);
+    bits = select(bits, (bits & 0xAAu) >> 1u, way.x < 0);
+    bits = select(bits, (bits & 0x33u) << 2u, way.y > 0);
+    bits = select(bits, (bits & 0xCCu) >> 2u, way.y < 0);
+    bits = select(bits, (bits & 0x0Fu) << 4u, way.z > 0);
+    return select(bits, (bits & 0xF0u) >> 4u, way.z < 0);
 }
 
 // The corners of a cell that light the part of it that a position lies in, a bit each.
