@@ -185,8 +185,9 @@ impl Measurement<'_> {
 
     fn bake(&self, job: &Job<'_>, file: &Path) -> anyhow::Result<Bake> {
         let (scene, file) = (shown(&job.scene.path), shown(file));
-        let arguments =
-            ["bake", &scene, "-o", &file].into_iter().chain(job.options.iter().map(String::as_str));
+        let arguments = ["bake", &scene, "-o", &file, "--grid", "0"]
+            .into_iter()
+            .chain(job.options.iter().map(String::as_str));
         let run = self.program.run(&arguments.collect::<Vec<_>>())?;
         let report = &run.report;
         let number = |pointer: &str| {
