@@ -147,7 +147,7 @@ impl ObjectInfluence {
 
     /// That of spheres at a point of a surface that faces along `normal` (unit). `own` is the object that the surface belongs
     /// to, which does nothing to itself; `light` is the light there without objects.
-    pub(crate) fn of(
+    pub fn of(
         spheres: &[ObjectSphere],
         own: Option<u32>,
         position: Vec3,
@@ -265,9 +265,9 @@ mod tests {
     fn form_factors_are_those_of_rays() {
         let rays: Vec<Vec3> = (0..200_000).map(|i| spherical_fibonacci(i, 200_000)).collect();
         for (radii, cosine) in
-            [(1.2, 0.9), (2.0, 1.0), (2.0, 0.3), (1.5, 0.0), (1.2, -0.4), (3.0, -0.2), (4.0, 0.5)]
+            [(1.2f32, 0.9f32), (2.0, 1.0), (2.0, 0.3), (1.5, 0.0), (1.2, -0.4), (3.0, -0.2), (4.0, 0.5)]
         {
-            let middle = radii * Vec3::new((1.0 - cosine * cosine as f32).sqrt(), cosine, 0.0);
+            let middle = radii * Vec3::new((1.0 - cosine * cosine).sqrt(), cosine, 0.0);
             let meets = |ray: &&Vec3| {
                 let along = ray.dot(middle);
                 along > 0.0 && (middle - along * **ray).length_squared() < 1.0

@@ -41,7 +41,7 @@ fn skinned() -> Glb {
     let weights = glb.push_floats("VEC4", &[2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
     let mut inverse = [[0.0f32; 16]; 2];
     for (i, matrix) in inverse.iter_mut().enumerate() {
-        [0, 5, 10, 15].map(|k| matrix[k] = 1.0);
+        [0, 5, 10, 15].into_iter().for_each(|k| matrix[k] = 1.0);
         matrix[13] = -(i as f32);
     }
     let inverse = glb.push_floats("MAT4", inverse.as_flattened());

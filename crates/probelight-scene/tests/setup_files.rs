@@ -84,6 +84,29 @@ fn cameras_are_found_by_name() {
     assert!(Setup::default().camera(None).is_err());
 }
 
+/// The same of objects.
+fn spoilt_objects() -> Vec<(&'static str, Value, &'static str)> {
+    vec![
+        ("/objects", json!([{"position": [0, 0, 0]}]), "objects[0].file is missing"),
+        ("/objects", json!([{"file": "a.glb"}]), "objects[0].position is missing"),
+        (
+            "/objects",
+            json!([{"file": "a.glb", "position": [0, 0, 0], "scale": 0}]),
+            "objects[0]: its scale is 0",
+        ),
+        (
+            "/objects",
+            json!([{"file": "a.glb", "path": []}]),
+            "objects[0].path: a path needs at least one keyframe",
+        ),
+        (
+            "/objects",
+            json!([{"file": "a.glb", "path": [{"time": 1, "position": [0, 0, 0]}, {"time": 1, "position": [0, 0, 0]}]}]),
+            "objects[0].path[1]: times must grow",
+        ),
+    ]
+}
+
 /// Where to write which value, and what the error then says. `null` removes the field.
 fn spoilt_fields() -> Vec<(&'static str, Value, &'static str)> {
     vec![
@@ -129,23 +152,6 @@ fn spoilt_fields() -> Vec<(&'static str, Value, &'static str)> {
         ),
         ("/cameras/0/height", json!(20_000), "cameras[0]: its image is 640 × 20000 pixels"),
         ("/cameras/1/width", json!(1.5), "cameras[1].width: a whole number"),
-        ("/objects", json!([{"position": [0, 0, 0]}]), "objects[0].file is missing"),
-        ("/objects", json!([{"file": "a.glb"}]), "objects[0].position is missing"),
-        (
-            "/objects",
-            json!([{"file": "a.glb", "position": [0, 0, 0], "scale": 0}]),
-            "objects[0]: its scale is 0",
-        ),
-        (
-            "/objects",
-            json!([{"file": "a.glb", "path": []}]),
-            "objects[0].path: a path needs at least one keyframe",
-        ),
-        (
-            "/objects",
-            json!([{"file": "a.glb", "path": [{"time": 1, "position": [0, 0, 0]}, {"time": 1, "position": [0, 0, 0]}]}]),
-            "objects[0].path[1]: times must grow",
-        ),
         ("/eval_bounds", json!([[0, 0, 0]]), "eval_bounds: two corners expected"),
         ("/eval_bounds/0", json!([2, 0, 0]), "eval_bounds: the first corner must not exceed"),
     ]
@@ -153,7 +159,7 @@ fn spoilt_fields() -> Vec<(&'static str, Value, &'static str)> {
 
 #[test]
 fn each_wrong_field_is_named_with_what_is_allowed() {
-    for (pointer, value, message) in spoilt_fields() {
+    for (pointer, value, message) in spoilt_fields().into_iter().chain(spoilt_objects()) {
         let mut setup = evening();
         let (parent, name) = pointer.rsplit_once('/').unwrap();
         match setup.pointer_mut(parent).unwrap() {
