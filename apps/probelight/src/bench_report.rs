@@ -33,6 +33,8 @@ pub(crate) struct BenchReport {
 struct SceneReport {
     #[serde(flatten)]
     scene: SceneFigures,
+    /// The share of the grid's vertices that frames computed.
+    active_share: f64,
     stages: Vec<StageReport>,
     frame: StageReport,
     /// How many times fewer bytes per receiver a copy would move in the time of a frame than the published
@@ -50,6 +52,7 @@ pub(crate) struct SceneFigures {
     surfels: usize,
     light_samples: usize,
     matrix_bytes_per_receiver: f64,
+    grid_vertices: usize,
 }
 
 #[derive(Serialize)]
@@ -75,6 +78,7 @@ impl SceneFigures {
             surfels: baked.surfels.len(),
             light_samples: baked.light_samples.len(),
             matrix_bytes_per_receiver: baked.matrix_bytes_per_receiver(),
+            grid_vertices: baked.grid_vertices.len(),
         }
     }
 }
@@ -124,6 +128,7 @@ impl BenchReport {
         self.scenes.push(SceneReport {
             stages: measured.stages.iter().map(report).collect(),
             times_published_at_same_bandwidth: PUBLISHED_BYTES_PER_RECEIVER / copied_bytes,
+            active_share: measured.active_share,
             scene,
             frame,
         });
@@ -144,7 +149,9 @@ impl BenchReport {
         };
         writeln!(text, "{changes}")?;
         writeln!(text, "a copy reads and writes {:.1} GB/s", self.copy_gb_per_s)?;
-        for SceneReport { scene, stages, frame, times_published_at_same_bandwidth } in &self.scenes {
+        for SceneReport { scene, active_share, stages, frame, times_published_at_same_bandwidth } in
+            &self.scenes
+        {
             writeln!(
                 text,
                 "\n{}: {} receivers, {:.1} bytes of matrices each; {} clusters, {} probes, {} surfels",
@@ -155,6 +162,10 @@ impl BenchReport {
                 scene.probes,
                 scene.surfels
             )?;
+            if scene.grid_vertices > 0 {
+                let (vertices, percent) = (scene.grid_vertices, active_share * 100.0);
+                writeln!(text, "{percent:.1} % of the grid's {vertices} vertices are active")?;
+            }
             writeln!(
                 text,
                 "{:<18}{:>11}{:>11}{:>11}{:>9}{:>10}",

@@ -48,6 +48,7 @@ pub(crate) fn quick_bake_options() -> BakeOptions {
         relight_rays: Some(256),
         sh_degree: Some(5),
         max_rank: Some(16),
+        grid_vertices: Some(1_500),
         ..BakeOptions::default()
     }
 }

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use probelight_asset::BakedScene;
 use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, copy_bandwidth};
-use probelight_runtime::{FrameInput, PerStage, Runtime, Stage, StageTimings, stage_bytes};
-use probelight_scene::{Light, Lighting};
+use probelight_runtime::{FrameInput, FramePlan, PerStage, Runtime, Stage, StageTimings, stage_bytes};
+use probelight_scene::{Bounds, Light, Lighting};
 use rayon::prelude::*;
 
 use crate::backend::Backend;
@@ -40,6 +40,8 @@ pub(crate) struct MeasuredStage {
 pub(crate) struct MeasuredFrames {
     pub(crate) stages: Vec<MeasuredStage>,
     pub(crate) frame: MeasuredStage,
+    /// The share of the grid's vertices that frames computed; of vertices there are none without a grid.
+    pub(crate) active_share: f64,
 }
 
 impl<'a> StageClock<'a> {
@@ -69,6 +71,8 @@ pub(crate) struct LightShow {
     pub(crate) lights_move: bool,
     /// Number of frames.
     pub(crate) frames: usize,
+    /// The share of the grid's vertices around which something moves.
+    pub(crate) active_share: f64,
 }
 
 impl LightShow {
@@ -90,28 +94,54 @@ fn brighten(light: &mut Light) {
     }
 }
 
+/// Boxes in which about a share of the grid's vertices lies, beginning in the middle of the scene.
+fn active_boxes(baked: &BakedScene, share: f64) -> Vec<Bounds> {
+    let middle = baked.scene.bounds().min.midpoint(baked.scene.bounds().max);
+    let mut clusters: Vec<_> = baked.clusters[baked.lightmap_clusters()..].iter().collect();
+    clusters.sort_by(|a, b| a.bounds.distance(middle).total_cmp(&b.bounds.distance(middle)));
+    // What is in the middle of a cluster reaches its neighbours least.
+    let small = |bounds: Bounds| Bounds::of([bounds.min.midpoint(bounds.max)]);
+    let count = (share * clusters.len() as f64).ceil() as usize;
+    clusters.into_iter().take(count).map(|cluster| small(cluster.bounds)).collect()
+}
+
+/// The share of the grid's receivers that a plan computes.
+fn share_of_grid(baked: &BakedScene, plan: &FramePlan) -> f64 {
+    let first = baked.lightmap_clusters();
+    let computed = baked.clusters[first..].iter().zip(&plan.clusters()[first..]);
+    let computed = computed.map(|(cluster, extent)| extent.receivers.min(cluster.receiver_count));
+    computed.map(f64::from).sum::<f64>() / baked.grid_receivers.len().max(1) as f64
+}
+
 fn measure_cpu(baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
+    let active = active_boxes(&baked, show.active_share);
+    let input = FrameInput { active_boxes: &active, ..FrameInput::default() };
     let mut runtime = Runtime::new(baked);
     let mut timings = Vec::with_capacity(WARM_UP + show.frames);
     for frame in 0..WARM_UP + show.frames {
         runtime.set_lighting(show.lighting(frame))?;
-        timings.push(runtime.step(&FrameInput::default()));
+        timings.push(runtime.step(&input));
     }
     let bytes = stage_bytes(runtime.baked(), runtime.plan(), show.lights_move);
     let stages: Vec<Stage> = Stage::ALL.into_iter().filter(|stage| stage.is_on_cpu()).collect();
-    Ok(MeasuredFrames::new(&stages, &timings[WARM_UP..], &bytes))
+    let share = share_of_grid(runtime.baked(), runtime.plan());
+    Ok(MeasuredFrames::new(&stages, &timings[WARM_UP..], &bytes, share))
 }
 
 fn measure_gpu(gpu: &GpuDevice, baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
+    let active = active_boxes(&baked, show.active_share);
     let mut runtime = GpuRuntime::new(&gpu.device, &gpu.queue, baked, GpuOptions::default())?;
+    runtime.plan_frame(&FrameInput { active_boxes: &active, ..FrameInput::default() });
     let timings = runtime
         .measure_frames(WARM_UP + show.frames, |runtime, frame| runtime.set_lighting(show.lighting(frame)))?;
     gpu.check()?;
-    Ok(MeasuredFrames::new(&Stage::ALL, &timings[WARM_UP..], &runtime.stage_bytes(show.lights_move)))
+    let share = share_of_grid(runtime.baked(), runtime.plan());
+    let bytes = runtime.stage_bytes(show.lights_move);
+    Ok(MeasuredFrames::new(&Stage::ALL, &timings[WARM_UP..], &bytes, share))
 }
 
 impl MeasuredFrames {
-    fn new(stages: &[Stage], timings: &[StageTimings], bytes: &PerStage<u64>) -> Self {
+    fn new(stages: &[Stage], timings: &[StageTimings], bytes: &PerStage<u64>, active_share: f64) -> Self {
         let measured = |stage: &Stage| {
             let times = timings.iter().map(|timing| timing.stages[*stage]).collect();
             MeasuredStage::new(stage.name(), times, bytes[*stage])
@@ -120,6 +150,7 @@ impl MeasuredFrames {
         Self {
             stages: stages.iter().map(measured).collect(),
             frame: MeasuredStage::new("frame", frames, bytes.values().iter().sum()),
+            active_share,
         }
     }
 }

@@ -51,17 +51,53 @@ fn bake_info_render_and_eval_work_together() {
     assert!(eval["compared"].as_str().unwrap().contains("E_sky"));
     let predictions = fs::read_to_string(place.path("ours.csv")).unwrap();
     let lines: Vec<&str> = predictions.lines().collect();
-    assert_eq!((lines[0], lines.len(), lines[4]), ("E_r,E_g,E_b", 5, "NaN,NaN,NaN"));
+    assert_eq!((lines[0], lines.len()), ("E_r,E_g,E_b", 5));
+    assert!(!predictions.contains("NaN"), "{predictions}");
     assert!(
         place.succeed("eval cornell.plight --setup setup.json --points ref.csv").contains("relative RMSE")
     );
 }
 
 #[test]
+fn objects_are_seen_and_move() {
+    let place = Workplace::new();
+    place.bake();
+    let render = |arguments: &str| {
+        place.succeed(&format!(
+            "render cornell.plight --setup setup.json --camera front --samples 2 {arguments}"
+        ))
+    };
+    render("-o without.png");
+    let object = "--object cornell.glb@2,1,1,0.3,20";
+    render(&format!("{object} -o with.png"));
+    render(&format!("{object} --no-soft-shadows -o hard.png"));
+    let picture = |name: &str| fs::read(place.path(name)).unwrap();
+    assert_ne!(picture("with.png"), picture("without.png"));
+    assert_ne!(picture("with.png"), picture("hard.png"));
+
+    let mut setup: serde_json::Value = serde_json::from_slice(&picture("setup.json")).unwrap();
+    let key = |time: f32, x: f32| serde_json::json!({"time": time, "position": [x, 1, 1], "scale": 0.3});
+    setup["objects"] = serde_json::json!([{"file": "cornell.glb", "path": [key(0.0, 1.0), key(1.0, 4.0)]}]);
+    fs::write(place.path("moving.json"), setup.to_string()).unwrap();
+    let moving = "render cornell.plight --setup moving.json --camera front --samples 2";
+    place.succeed(&format!("{moving} --animate 1 --fps 2 -o frames"));
+    assert_ne!(picture("frames/frame_0000.png"), picture("frames/frame_0001.png"));
+    place.succeed(&format!("{moving} -o first.png"));
+    assert_eq!(picture("frames/frame_0000.png"), picture("first.png"));
+    place.succeed("reference cornell.glb --setup moving.json --camera front --samples 2 -o truth.png");
+
+    place.succeed("bake cornell.glb -o bare.plight --receivers 300 --rays 32 --relight-rays 32 --grid 0");
+    let bare = place.run(&format!("render bare.plight --setup setup.json --samples 1 {object} -o bare.png"));
+    assert!(text(&bare.stderr).contains("without a grid"), "{}", text(&bare.stderr));
+}
+
+#[test]
 fn the_methods_qualities_and_errors_that_are_asked_for_are_baked() {
     let place = Workplace::new();
     let settings = |arguments: &str| {
-        place.succeed(&format!("bake cornell.glb -o a.plight --receivers 300 --relight-rays 32 {arguments}"));
+        place.succeed(&format!(
+            "bake cornell.glb -o a.plight --receivers 300 --relight-rays 32 --grid 0 {arguments}"
+        ));
         place.json("info a.plight")["settings"].clone()
     };
     let preview = settings("--quality preview");
@@ -139,7 +175,7 @@ fn reference_pictures_and_points_keep_their_formats() {
 #[test]
 fn quiet_commands_print_nothing_and_results_do_not_depend_on_threads() {
     let place = Workplace::new();
-    let settings = "--receivers 300 --rays 32 --relight-rays 32 --quiet";
+    let settings = "--receivers 300 --rays 32 --relight-rays 32 --grid 400 --quiet";
     for (threads, name) in [(1, "one.plight"), (3, "three.plight")] {
         let output = place.run(&format!("bake cornell.glb -o {name} --threads {threads} {settings}"));
         assert!(output.status.success() && output.stdout.is_empty() && output.stderr.is_empty());
@@ -164,7 +200,8 @@ fn warnings_are_lines_of_their_own_that_say_what_to_do() {
     );
     fs::write(workplace.path("white.gltf"), white).unwrap();
     let warnings = |scene: &str, flags: &str| -> Vec<String> {
-        let output = workplace.run(&format!("bake {scene} -o out.plight --receivers 50 --rays 16 {flags}"));
+        let output =
+            workplace.run(&format!("bake {scene} -o out.plight --receivers 50 --rays 16 --grid 0 {flags}"));
         let lines = text(&output.stderr);
         assert!(output.status.success(), "{lines}");
         lines.lines().filter(|line| line.starts_with("warning:")).map(str::to_owned).collect()
@@ -179,8 +216,8 @@ fn warnings_are_lines_of_their_own_that_say_what_to_do() {
 #[test]
 fn resume_without_an_interrupted_bake_starts_anew() {
     let place = Workplace::new();
-    let output =
-        place.run("bake cornell.glb -o a.plight --receivers 300 --rays 32 --relight-rays 32 --resume");
+    let output = place
+        .run("bake cornell.glb -o a.plight --receivers 300 --rays 32 --relight-rays 32 --grid 0 --resume");
     assert!(output.status.success());
     assert!(text(&output.stderr).contains("no interrupted bake to resume"));
     assert!(!place.path("a.plight.partial").exists());
@@ -189,7 +226,7 @@ fn resume_without_an_interrupted_bake_starts_anew() {
 #[test]
 fn the_help_of_bake_states_the_defaults() {
     let place = Workplace::new();
-    place.succeed("bake cornell.glb -o cornell.plight --receivers 40 --quiet");
+    place.succeed("bake cornell.glb -o cornell.plight --receivers 40 --grid 0 --quiet");
     let settings = &place.json("info cornell.plight")["settings"];
     // Lines are wrapped anywhere.
     let help = place.succeed("bake --help").split_whitespace().collect::<Vec<_>>().join(" ");

@@ -13,6 +13,15 @@ use workplace::{Workplace, text};
 const BAD_INVOCATIONS: &[(&str, i32, &str)] = &[
     ("frobnicate", 2, "unrecognized subcommand"),
     ("bake cornell.glb", 2, "--out"),
+    ("render cornell.glb --object cornell.glb -o a.png", 2, "expected FILE@X,Y,Z"),
+    ("render cornell.glb --object cornell.glb@1,2 -o a.png", 2, "three to five numbers"),
+    ("render cornell.glb --object cornell.glb@1,2,3,-1 -o a.png", 2, "its scale is -1"),
+    ("render cornell.glb --animate 0 -o a", 2, "a number above zero"),
+    (
+        "reference cornell.glb --object none.glb@1,2,3 --camera front --setup setup.json -o a.png",
+        1,
+        "none.glb",
+    ),
     ("bake cornell.glb -o a.plight --receivers many", 2, "invalid value"),
     ("bake cornell.glb -o a.plight --receivers 5 --texel-density 2", 2, "cannot be used with"),
     ("bake cornell.glb -o a.plight --threads 0", 2, "invalid value"),

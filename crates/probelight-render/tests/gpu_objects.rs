@@ -10,6 +10,7 @@ mod support;
 use std::path::Path;
 use std::sync::Arc;
 
+use probelight_asset::{GridBasis, GridBasisKind, GridLobe};
 use probelight_math::glam::{EulerRot, Quat, Vec3};
 use probelight_render::gpu::{GpuRenderer, GpuView, LitScene, Shading, ViewOptions};
 use probelight_render::{Image, RenderOutput};
@@ -37,7 +38,11 @@ fn objects(shift: f32) -> [Object; 2] {
 }
 
 fn with_objects(shift: f32) -> LitExample {
-    let mut lit = cornell_with_grid();
+    with_objects_in(GridBasis::default(), shift)
+}
+
+fn with_objects_in(basis: GridBasis, shift: f32) -> LitExample {
+    let mut lit = cornell_with_grid(basis);
     for object in objects(shift) {
         lit.runtime.objects_mut().insert(object);
     }
@@ -72,6 +77,20 @@ fn objects_look_as_on_the_cpu() {
     assert!(moved > MOST_INDIRECT_DIFFERENCE, "{moved}");
 }
 
+#[test]
+fn other_bases_look_as_on_the_cpu() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let basis = |kind, lobe| GridBasis { kind, lobe };
+    for basis in
+        [basis(GridBasisKind::Axes6, GridLobe::Cosine), basis(GridBasisKind::Axes14, GridLobe::Angle)]
+    {
+        let lit = with_objects_in(basis, 0.0);
+        let by_gpu = GpuPictures::new(gpu, &lit).draw(&lit, view(GpuView::Irradiance));
+        let found = shown_difference(&by_gpu, &cpu_picture(&lit, RenderOutput::Irradiance));
+        assert!(found <= MOST_INDIRECT_DIFFERENCE, "{basis:?}: {found}");
+    }
+}
+
 /// Mean of a picture's pixels.
 fn mean(image: &Image) -> Vec3 {
     image.pixels.iter().sum::<Vec3>() / image.pixels.len() as f32
@@ -80,7 +99,7 @@ fn mean(image: &Image) -> Vec3 {
 #[test]
 fn objects_that_left_leave_no_shadow() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
-    let lit = cornell_with_grid();
+    let lit = cornell_with_grid(GridBasis::default());
     let (device, queue) = (&gpu.device, &gpu.queue);
     let mut runtime =
         GpuRuntime::new(device, queue, Arc::clone(lit.runtime.baked()), GpuOptions::default()).unwrap();
@@ -109,7 +128,7 @@ fn objects_that_left_leave_no_shadow() {
 #[test]
 fn gloss_shows_where_light_comes_from() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
-    let mut lit = cornell_with_grid();
+    let mut lit = cornell_with_grid(GridBasis::default());
     let mut model = Scene::clone(&model());
     for material in &mut model.materials {
         (material.metallic, material.roughness, material.base_color.x) = (1.0, 0.3, 1.0);

@@ -249,3 +249,85 @@ impl CellPlace {
         Vec3::select(corner.cmpeq(UVec3::ONE), self.within, 1.0 - self.within).element_product()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f32::consts::PI;
+
+    use probelight_asset::GridLobe;
+    use probelight_math::directions::spherical_fibonacci;
+
+    use super::*;
+
+    const SPHERICAL: GridBasis = GridBasis { kind: GridBasisKind::Sh2, lobe: GridLobe::Angle };
+
+    /// What a vertex would hold of an environment.
+    fn light_of(basis: GridBasis, radiance: impl Fn(Vec3) -> f32) -> GridLight {
+        let count = 20_000;
+        let mut rows = [Vec3::ZERO; MAX_GRID_ROWS];
+        for direction in (0..count).map(|i| spherical_fibonacci(i, count)) {
+            let power = radiance(direction) * 4.0 * PI / count as f32;
+            for (row, received) in rows.iter_mut().zip(basis.received(direction)) {
+                *row += Vec3::splat(power * received);
+            }
+        }
+        GridLight { basis, rows }
+    }
+
+    fn bases() -> impl Iterator<Item = GridBasis> {
+        use GridBasisKind::{Axes6, Axes14, Axes26, Sh2};
+        let kinds = [Sh2, Axes6, Axes14, Axes26].into_iter();
+        kinds.flat_map(|kind| [GridLobe::Angle, GridLobe::Cosine].map(|lobe| GridBasis { kind, lobe }))
+    }
+
+    #[test]
+    fn the_light_vector_points_into_the_lit_half_of_space() {
+        let side = Vec3::new(0.3, 0.8, -0.5).normalize();
+        for basis in bases() {
+            let light = light_of(basis, |direction| if direction.dot(side) > 0.0 { 1.0 } else { 0.2 });
+            assert!(light.light_vector().dot(side) > 0.99, "{basis:?}: {}", light.light_vector());
+            let other = light_of(basis, |direction| if direction.dot(side) > 0.0 { 0.2 } else { 1.0 });
+            assert!(other.light_vector().dot(side) < -0.99, "{basis:?}: {}", other.light_vector());
+        }
+    }
+
+    #[test]
+    fn a_lamp_over_a_bright_floor_is_found_again() {
+        let (towards, cosine) = (Vec3::new(0.6, 0.8, 0.0), 0.9f32);
+        let radiance = |direction: Vec3| {
+            let lamp = if direction.dot(towards) > cosine { 5.0 } else { 0.0 };
+            lamp + if direction.y > 0.0 { 0.3 } else { 0.7 }
+        };
+        let lamp = light_of(SPHERICAL, radiance).lamp(Vec3::Y);
+        assert!(lamp.direction.dot(towards) > 0.99, "{lamp:?}");
+        let flux = 5.0 * 2.0 * PI * (1.0 - cosine);
+        assert!((lamp.flux.x / flux - 1.0).abs() < 0.1, "{lamp:?}, not {flux}");
+        assert!((lamp.cosine - cosine).abs() < 0.1, "{lamp:?}");
+    }
+
+    #[test]
+    fn even_light_has_no_lamp() {
+        for basis in bases() {
+            let light = light_of(basis, |_| 2.0);
+            let (lamp, all) = (light.lamp(Vec3::Y), light.irradiance(Vec3::Y).x);
+            assert!((all / (2.0 * PI) - 1.0).abs() < 0.02, "{basis:?}: {all}");
+            assert!(lamp.flux.x < 0.05 * all, "{basis:?}: {lamp:?}");
+            assert!((light.radiance(Vec3::X).x / 2.0 - 1.0).abs() < 0.02, "{basis:?}");
+        }
+    }
+
+    #[test]
+    fn corners_of_the_next_cell_are_those_on_the_shared_side() {
+        let bit = |x: i32, y: i32, z: i32| 1u8 << (x + 2 * y + 4 * z);
+        for (way, next, own) in [
+            (IVec3::ZERO, bit(1, 0, 1), bit(1, 0, 1)),
+            (IVec3::X, bit(0, 1, 1), bit(1, 1, 1)),
+            (IVec3::X, bit(1, 1, 1), 0),
+            (IVec3::NEG_Y, bit(1, 1, 0), bit(1, 0, 0)),
+            (IVec3::new(1, -1, 1), bit(0, 1, 0), bit(1, 0, 1)),
+            (IVec3::NEG_Z, bit(0, 0, 0), 0),
+        ] {
+            assert_eq!(corners_from_next(next, way), own, "{way} {next:08b}");
+        }
+    }
+}

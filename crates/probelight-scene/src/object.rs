@@ -104,9 +104,10 @@ impl Object {
     /// A model at a place. Many objects may share a model; its lights and cameras count for nothing.
     ///
     /// # Errors
-    /// See [`Placement::validate`].
+    /// See [`Placement::validate`]; and if the model has no triangles.
     pub fn new(model: Arc<Scene>, placement: Placement) -> Result<Self, Unusable> {
         placement.validate()?;
+        Unusable::unless(!model.triangles.is_empty(), || "its model has no triangles".into())?;
         Ok(Self { model_bounds: model.bounds(), model, placement })
     }
 
@@ -216,6 +217,12 @@ mod tests {
         assert!(half.translation.abs_diff_eq(Vec3::new(0.5, 1.0, 1.5), 1e-6));
         assert!(half.rotation.abs_diff_eq(Quat::from_rotation_y(0.5 * FRAC_PI_2), 1e-6));
         assert_eq!(half.scale, 1.5);
+    }
+
+    #[test]
+    fn models_without_triangles_are_refused() {
+        let refused = Object::new(Arc::new(Scene::default()), Placement::default()).unwrap_err();
+        assert_eq!(refused.to_string(), "its model has no triangles");
     }
 
     #[test]

@@ -21,6 +21,7 @@ Examples:
   probelight bench --synthetic 512000 --backend cpu
   probelight bench --synthetic 512000 --method paper --adapter h100 --json
   probelight bench --synthetic 512000 --moving-lights        with direct light and shading
+  probelight bench room.plight --active-grid 0 1 100         what objects in so much of the grid cost
   probelight bench --scaling --backend gpu -o bench.json     50,000 to 8 million receivers
 
 Each stage moves at least its inputs and its outputs once. `of copy` is the speed at which it
@@ -59,6 +60,9 @@ pub(crate) struct Flags {
     /// Change the lights before each frame, so that direct light and shading count too (drawing shadow maps does not)
     #[arg(long)]
     moving_lights: bool,
+    /// Shares of the grid in free space around which something moves, per cent: one measurement each
+    #[arg(long, value_name = "PERCENT", num_args = 1.., default_values_t = [0.0], value_parser = percent)]
+    active_grid: Vec<f64>,
     /// Frames to measure
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
@@ -70,6 +74,12 @@ pub(crate) struct Flags {
     /// Print the figures as JSON instead of a table
     #[arg(long)]
     json: bool,
+}
+
+/// Parses a share in per cent.
+fn percent(text: &str) -> Result<f64, String> {
+    let percent = text.parse::<f64>().ok().filter(|percent| (0.0..=100.0).contains(percent));
+    percent.ok_or_else(|| "expected a number from 0 to 100".into())
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -93,11 +103,17 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     for scene in flags.scenes() {
         let (baked, lighting, name) = scene.load()?;
         console.note(format!("measuring {name}, {} receivers", baked.receiver_texels.len()));
-        let figures = SceneFigures::of(name, &baked);
-        let show = LightShow { lighting, lights_move: flags.moving_lights, frames: flags.frames as usize };
-        let measured = clock.measure(baked, &show)?;
-        report.add(figures, &measured);
-        interrupt::check()?;
+        for percent in &flags.active_grid {
+            let show = LightShow {
+                lighting: lighting.clone(),
+                lights_move: flags.moving_lights,
+                frames: flags.frames as usize,
+                active_share: percent / 100.0,
+            };
+            let measured = clock.measure(Arc::clone(&baked), &show)?;
+            report.add(SceneFigures::of(name.clone(), &baked), &measured);
+            interrupt::check()?;
+        }
     }
     ensure!(!report.is_empty(), "there is nothing to measure: name a file, --synthetic or --scaling");
     if let Some(out) = &flags.out {

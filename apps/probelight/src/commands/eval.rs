@@ -83,6 +83,10 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
         output::check(predictions, &[&flags.file, &flags.setup, &flags.points])?;
     }
     let setup = Setup::load(&flags.setup)?;
+    if !setup.objects.is_empty() {
+        console
+            .warn("the setup's objects are left out: points are lit as if nothing moved through the scene");
+    }
     let reference = ReferencePoints::read(&flags.points)?;
     let baked = Arc::new(BakedScene::read(&flags.file)?);
     let backend = flags.backend.open(console)?;

@@ -25,7 +25,7 @@ Examples:
   probelight render room.plight --backend gpu --shading physical -o glossy.png
   probelight render room.plight --view probes -o probes.png
   probelight render room.plight --setup rolling.json --animate 4 --fps 25 -o frames
-  probelight render room.plight --object chair.glb@1,0,2.5 --object ball.glb@0,1,0,0.5 -o moved.png
+  probelight render room.plight --object chair.glb@1,0,2.5 --object ball.glb@0,1,0 -o moved.png
 
 A .png is exposed and tone mapped for the screen; an .exr holds linear radiance (W/m²/sr), or
 irradiance (W/m²) with `--view irradiance`. Without a GPU the CPU makes the same pictures but for

@@ -64,7 +64,9 @@ impl Workplace {
     }
 
     pub(crate) fn bake(&self) {
-        self.succeed("bake cornell.glb -o cornell.plight --receivers 600 --rays 64 --relight-rays 64");
+        self.succeed(
+            "bake cornell.glb -o cornell.plight --receivers 600 --rays 64 --relight-rays 64 --grid 300",
+        );
     }
 
     pub(crate) fn names(&self) -> Vec<String> {

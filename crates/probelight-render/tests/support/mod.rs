@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use probelight_asset::{BakedParts, BakedScene, Method};
+use probelight_asset::{BakedParts, BakedScene, GridBasis, Method};
 use probelight_bake::{BakeOptions, bake};
 use probelight_math::glam::{Vec3, vec3};
 use probelight_render::gpu::{GpuRenderer, LitScene, PictureTarget, UploadedLight, ViewOptions};
@@ -50,7 +50,7 @@ pub(crate) fn lit_scene(name: &str) -> LitExample {
 }
 
 /// The Cornell box without its blocks and with a grid, and the camera nearer to it.
-pub(crate) fn cornell_with_grid() -> LitExample {
+pub(crate) fn cornell_with_grid(grid_basis: GridBasis) -> LitExample {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/scenes/cornell_empty.glb");
     let options = BakeOptions {
         receivers: Some(2_000),
@@ -58,6 +58,7 @@ pub(crate) fn cornell_with_grid() -> LitExample {
         relight_rays: Some(64),
         sh_degree: Some(3),
         grid_spacing: Some(0.8),
+        grid_basis: Some(grid_basis),
         ..BakeOptions::default()
     };
     let scene = Arc::new(load_gltf(&path).unwrap());
