@@ -44,7 +44,10 @@ impl Frames<'_> {
         for frame in 0..frames {
             interrupt::check()?;
             movers.place(objects, studio.objects_mut(), frame as f32 / self.fps as f32)?;
-            studio.settle(console)?;
+            // Objects are lit where they begin already.
+            if frame > 0 {
+                studio.settle(console)?;
+            }
             let image = studio.picture(camera, options, console)?;
             let file = frame_file(self.folder, frame);
             if let Some(ev) = output::write_picture(&image, &file, PictureFormat::Png, exposure)? {

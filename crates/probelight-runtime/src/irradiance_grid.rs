@@ -157,7 +157,8 @@ impl GridLight {
         // The sum over six axes weighs all directions nearly alike: ∫ L (|x| + |y| + |z|), exactly in two bands.
         let all: Vec3 = along.iter().flatten().sum::<Vec3>() / 1.5;
         let behind = self.irradiance(-normal);
-        let mut even = Vec3::ZERO;
+        // An even hemisphere could be taken for a wide lamp, too: so all of the light is even at first.
+        let mut even = (0.5 * all - behind).max(Vec3::ZERO);
         let mut lamp = Lamp { direction: normal, cosine: 0.0, flux: Vec3::ZERO };
         for _ in 0..LAMP_PASSES {
             let component = |axis: usize| along[axis][0] - along[axis][1] + (behind - even) * normal[axis];
@@ -193,7 +194,7 @@ pub struct Lamp {
 pub(crate) const SMALLEST_LAMP: f32 = 0.97;
 
 /// How often what is even and what is the lamp are told apart, each by the other.
-pub(crate) const LAMP_PASSES: u32 = 4;
+pub(crate) const LAMP_PASSES: u32 = 6;
 
 const NO_VERTICES: [WeightedVertex; 8] = [(0, 0.0); 8];
 

@@ -21,7 +21,7 @@ Examples:
   probelight bench --synthetic 512000 --backend cpu
   probelight bench --synthetic 512000 --method paper --adapter h100 --json
   probelight bench --synthetic 512000 --moving-lights        with direct light and shading
-  probelight bench room.plight --active-grid 0 1 100         what objects in so much of the grid cost
+  probelight bench room.plight --active-grid 0 1 100         what objects in the grid cost
   probelight bench --scaling --backend gpu -o bench.json     50,000 to 8 million receivers
 
 Each stage moves at least its inputs and its outputs once. `of copy` is the speed at which it

@@ -146,7 +146,7 @@ struct Lamp {
 const SMALLEST_LAMP = 0.97;
 
 // How often what is even and what is the lamp are told apart, each by the other.
-const LAMP_PASSES = 4u;
+const LAMP_PASSES = 6u;
 
 // The light that a surface which faces along `normal` (unit) sees, as a lamp in light that is even.
 fn lamp_of(light: ptr<function, GridLight>, normal: vec3f) -> Lamp {
@@ -160,7 +160,7 @@ fn lamp_of(light: ptr<function, GridLight>, normal: vec3f) -> Lamp {
         all += (before + after) / 1.5;
     }
     let behind = irradiance_from(light, -normal);
-    var even = vec3f(0.0);
+    var even = max(0.5 * all - behind, vec3f(0.0));
     var lamp = Lamp(normal, 0.0, vec3f(0.0));
     for (var pass_number = 0u; pass_number < LAMP_PASSES; pass_number++) {
         let x = vectors[0] + (behind - even) * normal.x;
