@@ -41,7 +41,7 @@ pub(crate) fn decode_textures(names: Vec<String>, bytes: &[u8]) -> Result<Vec<Te
         let texture = split_file(&mut rest).and_then(|png| decode_png(png, &mut allowance));
         let (width, height, rgba8) = texture
             .map_err(|what| DecodeError::Format(format!("its texture {t} ('{name}') is damaged: {what}")))?;
-        textures.push(Texture { name, width, height, rgba8 });
+        textures.push(Texture { name, width, height, rgba8: rgba8.into() });
     }
     if !rest.is_empty() {
         return Err(DecodeError::format("it holds image data that belongs to no texture"));

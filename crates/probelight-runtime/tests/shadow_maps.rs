@@ -252,7 +252,7 @@ fn masked_surfaces_let_light_through_their_holes() {
         name: String::new(),
         width: 2,
         height: 1,
-        rgba8: vec![255, 255, 255, 0, 255, 255, 255, 255],
+        rgba8: [255, 255, 255, 0, 255, 255, 255, 255].into(),
     };
     let slot = TextureSlot { texture: 0, tex_coord: 0 };
     let sheet = Material {

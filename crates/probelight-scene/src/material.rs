@@ -1,5 +1,7 @@
 //! Metallic-roughness materials and their textures.
 
+use std::sync::Arc;
+
 use probelight_math::color::linear_from_srgb;
 use probelight_math::glam::{Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
@@ -112,8 +114,8 @@ pub struct Texture {
     pub width: u32,
     /// Height in texels, at least 1.
     pub height: u32,
-    /// Rows from the top, four bytes a texel.
-    pub rgba8: Vec<u8>,
+    /// Rows from the top, four bytes a texel. Shared by all copies of the texture.
+    pub rgba8: Arc<[u8]>,
 }
 
 impl Texture {
@@ -148,7 +150,7 @@ mod tests {
     use super::*;
 
     fn two_texels() -> Texture {
-        Texture { name: String::new(), width: 2, height: 1, rgba8: vec![0, 0, 0, 255, 255, 255, 255, 0] }
+        Texture { name: String::new(), width: 2, height: 1, rgba8: [0, 0, 0, 255, 255, 255, 255, 0].into() }
     }
 
     #[test]

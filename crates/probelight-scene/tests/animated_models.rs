@@ -9,7 +9,7 @@ use std::path::Path;
 
 use glb::{Glb, U8};
 use probelight_math::glam::Vec3;
-use probelight_scene::{AnimatedModel, SceneError, parse_animated_gltf};
+use probelight_scene::{AnimatedModel, SceneError, load_animated_gltf, parse_animated_gltf};
 use serde_json::json;
 
 fn load(glb: &Glb) -> Result<AnimatedModel, SceneError> {
@@ -116,4 +116,14 @@ fn vertices_of_joints_that_do_not_exist_stay_rigid() {
     glb.json["skins"][0]["joints"] = json!([0]);
     let found = positions(&load(&glb).unwrap(), None, 0.0);
     assert_at(&found, [[50.0, 0.0, 0.0], [52.0, 0.0, 0.0], [50.0, 1.0, 0.0]]);
+}
+
+#[test]
+fn poses_share_the_images_of_their_model() {
+    let model = load_animated_gltf(&glb::asset("../objects/ball.glb")).unwrap();
+    let posed = model.pose(None, 0.0);
+    assert_eq!((posed.triangles.len(), posed.textures.len()), (1520, 3));
+    let images = posed.textures.iter().zip(&model.rest().textures);
+    assert!(images.into_iter().all(|(a, b)| std::sync::Arc::ptr_eq(&a.rgba8, &b.rgba8)));
+    assert_eq!(posed.positions, model.rest().positions);
 }

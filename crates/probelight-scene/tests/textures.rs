@@ -47,7 +47,7 @@ fn images_of_any_depth_become_rgba8() {
     let rgb16: ImageBuffer<Rgb<u16>, _> = ImageBuffer::from_pixel(1, 1, Rgb([0x8080; 3]));
     for image in [png(grey16), png(grey8), png(rgb16)] {
         let scene = textured(&image, json!({"index": 0})).load().unwrap();
-        assert_eq!(scene.textures[0].rgba8, [0x80, 0x80, 0x80, 0xff]);
+        assert_eq!(*scene.textures[0].rgba8, [0x80, 0x80, 0x80, 0xff]);
     }
 }
 

@@ -177,7 +177,7 @@ fn textures_cannot_claim_far_more_than_the_file_together() {
             name: String::new(),
             width: side,
             height: side,
-            rgba8: vec![0; side as usize * side as usize * 4],
+            rgba8: vec![0; side as usize * side as usize * 4].into(),
         };
         encode_textures(&[plain]).unwrap()
     };

@@ -128,7 +128,7 @@ fn textures() -> Vec<Texture> {
     let noise = (0..3 * 2 * 4u32).map(|i| (i * 37 % 251) as u8).collect();
     vec![
         Texture { name: "noise.png".into(), width: 3, height: 2, rgba8: noise },
-        Texture { name: String::new(), width: 1, height: 1, rgba8: vec![1, 2, 3, 0] },
+        Texture { name: String::new(), width: 1, height: 1, rgba8: [1, 2, 3, 0].into() },
     ]
 }
 

@@ -141,7 +141,7 @@ proptest! {
         probes in prop::collection::vec((prop::num::f32::NORMAL, 0f32..9.0), 2..5),
     ) {
         let mut baked = with_clusters(&sizes, &values);
-        let rgba8 = texels[..(width * height * 4) as usize].to_vec();
+        let rgba8 = texels[..(width * height * 4) as usize].into();
         let scene = Arc::make_mut(&mut baked.scene);
         scene.textures[1] = Texture { name: "random".into(), width, height, rgba8 };
         baked.report.approximated_fraction = report[0];

@@ -32,7 +32,7 @@ impl<'a> MaterialTextures<'a> {
     pub(super) fn view(&mut self, slot: Option<TextureSlot>, encoding: Encoding) -> wgpu::TextureView {
         let index = slot.map(|slot| slot.texture);
         let upload = || {
-            let white = Texture { name: String::new(), width: 1, height: 1, rgba8: vec![255; 4] };
+            let white = Texture { name: String::new(), width: 1, height: 1, rgba8: vec![255; 4].into() };
             let texture = index.map_or(&white, |index| &self.textures[index as usize]);
             upload(self.device, self.queue, texture, encoding)
         };
@@ -44,7 +44,7 @@ impl<'a> MaterialTextures<'a> {
         if slot.is_some() {
             return self.view(slot, Encoding::Linear);
         }
-        let flat = Texture { name: String::new(), width: 1, height: 1, rgba8: vec![128, 128, 255, 255] };
+        let flat = Texture { name: String::new(), width: 1, height: 1, rgba8: [128, 128, 255, 255].into() };
         upload(self.device, self.queue, &flat, Encoding::Linear)
     }
 }
@@ -110,7 +110,7 @@ fn halved(finer: &Texture, encoding: Encoding, decode: &[f32; 256]) -> Texture {
             rgba8.push((value * 255.0).round() as u8);
         }
     }
-    Texture { name: String::new(), width, height, rgba8 }
+    Texture { name: String::new(), width, height, rgba8: rgba8.into() }
 }
 
 #[cfg(test)]
@@ -126,7 +126,7 @@ mod tests {
         let sizes: Vec<_> = levels.iter().map(|level| (level.width, level.height)).collect();
         assert_eq!(sizes, [(5, 2), (2, 1), (1, 1)]);
         // Half of the light, which is encoded as 188, not as half of 255.
-        assert_eq!(levels[2].rgba8, [188, 0, 10, 128]);
+        assert_eq!(*levels[2].rgba8, [188, 0, 10, 128]);
         assert_eq!(mip_levels(&texture, Encoding::Linear)[2].rgba8[0], 128);
     }
 }

@@ -61,5 +61,5 @@ fn decode(bytes: &[u8], name: String, budget: u64) -> Result<Texture, Reason> {
     limits.max_alloc = Some(DECODER_MEMORY);
     reader.limits(limits);
     let rgba8 = reader.decode().map_err(unusable)?.into_rgba8().into_raw();
-    Ok(Texture { name, width, height, rgba8 })
+    Ok(Texture { name, width, height, rgba8: rgba8.into() })
 }
