@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use probelight_asset::BakedScene;
 use probelight_runtime::SurfaceColors;
+use probelight_runtime::gpu::bindings::bind;
 use probelight_runtime::gpu::device::checked;
 use probelight_runtime::gpu::{GpuError, GpuRuntime, GridTables, MovingGeometry, SceneGeometry, ShadowMaps};
 use probelight_scene::{Camera, Lighting};
@@ -13,7 +14,7 @@ use super::markers::Markers;
 use super::materials::Materials;
 use super::moving_surfaces::MovingSurfaces;
 use super::picture_target::{PictureTarget, SAMPLES};
-use super::pipelines::{Pipelines, bind, frame_layout};
+use super::pipelines::{Pipelines, frame_layout};
 use super::surface_attributes;
 use super::view::{GpuView, ViewOptions};
 use crate::Image;

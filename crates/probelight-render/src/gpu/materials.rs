@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use probelight_math::glam::Vec3;
 use probelight_runtime::SurfaceColors;
+use probelight_runtime::gpu::bindings::{SAMPLER, TEXTURE, UNIFORM, bind, layout};
 use probelight_scene::{AlphaMode, Material, Scene, TextureSlot};
 
 use super::material_textures::{Encoding, MaterialTextures};
@@ -34,7 +35,8 @@ pub(super) struct Materials {
 
 impl Materials {
     pub(super) fn new(device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene) -> Self {
-        let layout = layout(device);
+        let types = [UNIFORM, SAMPLER, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE];
+        let layout = layout(device, "material", types.map(|ty| (ty, wgpu::ShaderStages::FRAGMENT)));
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("materials"),
             size: (scene.materials.len() * STRIDE) as u64,
@@ -54,12 +56,15 @@ impl Materials {
         });
         let mut textures = MaterialTextures::new(device, queue, &scene.textures);
         let bind_group = |(index, material)| {
-            let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            let record = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                 buffer: &buffer,
                 offset: (index * STRIDE) as u64,
                 size: wgpu::BufferSize::new(size_of::<MaterialRecord>() as u64),
             });
-            bind(device, &layout, resource, &sampler, &material_views(&mut textures, material))
+            let views = material_views(&mut textures, material);
+            let fixed = [record, wgpu::BindingResource::Sampler(&sampler)];
+            let views = views.iter().map(wgpu::BindingResource::TextureView);
+            bind(device, "material", &layout, fixed.into_iter().chain(views))
         };
         let bind_groups = scene.materials.iter().enumerate().map(bind_group).collect();
         Self { records: Vec::new(), buffer, layout, bind_groups }
@@ -107,49 +112,4 @@ fn material_views(textures: &mut MaterialTextures, material: &Material) -> [wgpu
         textures.view(material.occlusion_texture, Encoding::Linear),
         textures.view(material.emissive_texture, Encoding::Srgb),
     ]
-}
-
-fn bind(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    record: wgpu::BindingResource,
-    sampler: &wgpu::Sampler,
-    views: &[wgpu::TextureView; 5],
-) -> wgpu::BindGroup {
-    let fixed = [record, wgpu::BindingResource::Sampler(sampler)];
-    let resources = fixed.into_iter().chain(views.iter().map(wgpu::BindingResource::TextureView));
-    let entries: Vec<_> =
-        (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("material"),
-        layout,
-        entries: &entries,
-    })
-}
-
-fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let uniform = wgpu::BindingType::Buffer {
-        ty: wgpu::BufferBindingType::Uniform,
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    };
-    let texture = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable: true },
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
-    };
-    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
-    let entries: Vec<_> = (0..)
-        .zip([uniform, sampler, texture, texture, texture, texture, texture])
-        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty,
-            count: None,
-        })
-        .collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("material"),
-        entries: &entries,
-    })
 }

@@ -1,6 +1,7 @@
 //! The pipelines of a picture and what shaders bind.
 
 use probelight_runtime::gpu::SceneGeometry;
+use probelight_runtime::gpu::bindings::{SAMPLER, STORAGE, TEXTURE, UNIFORM, bind, layout};
 use probelight_scene::{AlphaMode, Material};
 
 use super::markers::Markers;
@@ -146,28 +147,9 @@ impl Drawn<'_> {
     }
 }
 
-/// Binds resources to the bindings 0, 1, … of a group.
-pub(super) fn bind<'a>(
-    device: &wgpu::Device,
-    label: &str,
-    layout: &wgpu::BindGroupLayout,
-    resources: impl IntoIterator<Item = wgpu::BindingResource<'a>>,
-) -> wgpu::BindGroup {
-    let entries: Vec<_> =
-        (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
-}
-
 /// Layout of bind group 1: camera, sky, lightmap, triangles, places of objects.
 pub(super) fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let texture = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable: true },
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
-    };
-    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
-    let uniform = buffer(wgpu::BufferBindingType::Uniform);
-    let fragment = [uniform, texture, sampler, texture, STORAGE, STORAGE].map(|ty| (ty, BOTH_STAGES));
+    let fragment = [UNIFORM, TEXTURE, SAMPLER, TEXTURE, STORAGE, STORAGE].map(|ty| (ty, BOTH_STAGES));
     // With the places of objects, fragment shaders would bind more storage buffers than WebGPU guarantees.
     let vertex = [(STORAGE, wgpu::ShaderStages::VERTEX)];
     layout(device, "frame", fragment.into_iter().chain(vertex))
@@ -178,28 +160,3 @@ fn marker_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 }
 
 const BOTH_STAGES: wgpu::ShaderStages = wgpu::ShaderStages::VERTEX_FRAGMENT;
-
-const STORAGE: wgpu::BindingType = buffer(wgpu::BufferBindingType::Storage { read_only: true });
-
-const fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
-    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
-}
-
-/// A layout of bindings 0, 1, … for some shaders.
-fn layout(
-    device: &wgpu::Device,
-    label: &str,
-    types: impl IntoIterator<Item = (wgpu::BindingType, wgpu::ShaderStages)>,
-) -> wgpu::BindGroupLayout {
-    let entries: Vec<_> = (0..)
-        .zip(types)
-        .map(|(binding, (ty, visibility))| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility,
-            ty,
-            count: None,
-        })
-        .collect();
-    device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
-}

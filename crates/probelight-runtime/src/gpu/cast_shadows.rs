@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 
+use super::bindings::{STORAGE, UNIFORM};
 use super::moving_geometry::MovingGeometry;
 use super::scene_geometry::{AlphaMasks, SceneGeometry};
 use super::shaders;
-use super::shadow_maps::uniform_entry;
 
 /// Format of the maps.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -44,20 +44,19 @@ struct CastPipelines {
 impl Caster {
     /// Compiles them for views in `view_buffer`.
     pub(super) fn new(device: &wgpu::Device, geometry: &SceneGeometry, view_buffer: &wgpu::Buffer) -> Self {
-        let vertex = wgpu::ShaderStages::VERTEX;
+        let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::VERTEX,
+            ty,
+            count: None,
+        };
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("shadow views"),
-            entries: &[uniform_entry(1, vertex)],
+            entries: &[entry((1, UNIFORM))],
         });
-        let storage = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only: true },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let placements = wgpu::BindGroupLayoutEntry { ty: storage, ..uniform_entry(3, vertex) };
         let object_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("shadow views and objects"),
-            entries: &[uniform_entry(1, vertex), placements, uniform_entry(4, vertex)],
+            entries: &[(1, UNIFORM), (3, STORAGE), (4, UNIFORM)].map(entry),
         });
         let views = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("shadow views"),

@@ -6,6 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use probelight_asset::{BakedScene, GridBasisKind, GridLobe, MAX_GRID_ROWS};
 use probelight_math::glam::UVec3;
 
+use super::bindings::{STORAGE, UNIFORM, bind, layout};
 use super::device::GpuError;
 use super::storage::Storage;
 use crate::irradiance_grid::OFF_SURFACE;
@@ -63,8 +64,10 @@ impl GridTables {
             irradiance.clone(),
             storage.array("spheres of objects", &[] as &[ObjectSphere])?,
         ];
-        let layout = layout(device);
-        let bind_group = bind(device, &layout, &buffers);
+        let stages = wgpu::ShaderStages::FRAGMENT | wgpu::ShaderStages::COMPUTE;
+        let types = [UNIFORM, STORAGE, STORAGE, STORAGE, STORAGE, STORAGE, STORAGE];
+        let layout = layout(device, "grid", types.map(|ty| (ty, stages)));
+        let bind_group = bind_tables(device, &layout, &buffers);
         Ok(Self { layout, bind_group, buffers })
     }
 
@@ -83,7 +86,7 @@ impl GridTables {
         if buffer.size() < bytes.len() as u64 {
             let most = bytes.len().next_power_of_two() as u64;
             *buffer = Storage::new(device, queue).zeros("spheres of objects", most)?;
-            self.bind_group = bind(device, &self.layout, &self.buffers);
+            self.bind_group = bind_tables(device, &self.layout, &self.buffers);
         }
         let [grid, .., buffer] = &self.buffers;
         queue.write_buffer(buffer, 0, bytes);
@@ -104,12 +107,12 @@ impl GridTables {
     }
 }
 
-fn bind(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, buffers: &[wgpu::Buffer]) -> wgpu::BindGroup {
-    let entries: Vec<_> = (0..)
-        .zip(buffers)
-        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-        .collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("grid"), layout, entries: &entries })
+fn bind_tables(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    buffers: &[wgpu::Buffer],
+) -> wgpu::BindGroup {
+    bind(device, "grid", layout, buffers.iter().map(wgpu::Buffer::as_entire_binding))
 }
 
 fn grid_record(baked: &BakedScene) -> GridRecord {
@@ -132,18 +135,4 @@ fn grid_record(baked: &BakedScene) -> GridRecord {
         sphere_count: 0,
         axes: basis.light_axes().map(|axis| axis.extend(0.0).to_array()),
     }
-}
-
-fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let storage = wgpu::BufferBindingType::Storage { read_only: true };
-    let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::FRAGMENT | wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-        count: None,
-    };
-    let types = [wgpu::BufferBindingType::Uniform, storage, storage, storage, storage, storage, storage];
-    let entries: Vec<_> = (0..).zip(types).map(entry).collect();
-    device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("grid"), entries: &entries })
 }

@@ -25,6 +25,7 @@
 //! | `surfel_shards`, `surfel_groups`, `cluster_shards` | the baked scene, arranged for the shaders |
 //! | `frame_extents` | how much of it a frame computes |
 //! | [`stage_shaders`], `kernel`, `storage`, [`filled_buffer`] | shaders, what they are bound to, buffers |
+//! | [`bindings`] | bind groups of resources in their order |
 //! | [`timestamps`], `stage_bytes`, `benchmark` | how long stages take, what they move, and what the memory allows |
 //! | [`scene_geometry`] | the scene's triangles, for shadows and renderers |
 //! | [`grid_tables`] | the grid in free space, for shaders |
@@ -36,6 +37,7 @@
 
 #[cfg(feature = "blocking")]
 pub mod benchmark;
+pub mod bindings;
 mod blend_borders;
 mod cast_shadows;
 mod cluster_shards;

@@ -11,6 +11,7 @@ use probelight_scene::{AlphaMode, Bounds, Scene, Texture};
 use wgpu::BufferUsages;
 use wgpu::util::DeviceExt;
 
+use super::bindings::{SAMPLER, TEXTURE, UNIFORM, bind, layout};
 use super::cast_shadows::AlphaTestRecord;
 use super::device::{GpuError, checked};
 use super::filled_buffer::filled_buffer;
@@ -153,34 +154,7 @@ fn is_masked(scene: &Scene, material: u32) -> bool {
 }
 
 fn mask_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::FRAGMENT,
-        ty,
-        count: None,
-    };
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("alpha mask"),
-        entries: &[
-            entry(
-                0,
-                wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-            ),
-            entry(
-                1,
-                wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: true },
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
-                },
-            ),
-            entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-        ],
-    })
+    layout(device, "alpha mask", [UNIFORM, TEXTURE, SAMPLER].map(|ty| (ty, wgpu::ShaderStages::FRAGMENT)))
 }
 
 fn mask_bind_group(
@@ -201,15 +175,12 @@ fn mask_bind_group(
     });
     let texture = material.base_color_texture.map(|slot| &scene.textures[slot.texture as usize]);
     let view = alpha_texture(device, queue, texture).create_view(&wgpu::TextureViewDescriptor::default());
-    device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("alpha mask"),
-        layout,
-        entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: test.as_entire_binding() },
-            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&view) },
-            wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(sampler) },
-        ],
-    })
+    let resources = [
+        test.as_entire_binding(),
+        wgpu::BindingResource::TextureView(&view),
+        wgpu::BindingResource::Sampler(sampler),
+    ];
+    bind(device, "alpha mask", layout, resources)
 }
 
 /// The alpha channel of a texture, or one opaque texel.

@@ -8,6 +8,7 @@
 use bytemuck::Zeroable;
 use probelight_scene::Light;
 
+use super::bindings::{UNIFORM, bind, layout};
 use super::cast_shadows::{Caster, DEPTH_FORMAT};
 use super::device::{GpuError, checked};
 use super::moving_geometry::MovingGeometry;
@@ -252,50 +253,19 @@ impl Maps {
         };
         let resources =
             [lights.as_entire_binding(), views.as_entire_binding(), wgpu::BindingResource::TextureView(&all)];
-        let entries: Vec<_> = (0..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("lights"),
-            layout,
-            entries: &entries,
-        });
+        let bind_group = bind(device, "lights", layout, resources);
         Self { layers: (0..layers as u32).map(layer).collect(), bind_group, texture }
     }
 }
 
 fn lights_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let stages = wgpu::ShaderStages::FRAGMENT | wgpu::ShaderStages::COMPUTE;
-    let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: stages, ty, count: None };
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("lights"),
-        entries: &[
-            uniform_entry(0, stages),
-            uniform_entry(1, stages),
-            entry(
-                2,
-                wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Depth,
-                    view_dimension: wgpu::TextureViewDimension::D2Array,
-                    multisampled: false,
-                },
-            ),
-        ],
-    })
-}
-
-pub(super) fn uniform_entry(binding: u32, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
-    wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility,
-        ty: wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
-        count: None,
-    }
+    let depth = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Depth,
+        view_dimension: wgpu::TextureViewDimension::D2Array,
+        multisampled: false,
+    };
+    layout(device, "lights", [UNIFORM, UNIFORM, depth].map(|ty| (ty, stages)))
 }
 
 fn uniform_buffer(device: &wgpu::Device, label: &str, size: usize) -> wgpu::Buffer {
