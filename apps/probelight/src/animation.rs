@@ -43,9 +43,9 @@ impl Frames<'_> {
         let mut exposure = self.exposure;
         for frame in 0..frames {
             interrupt::check()?;
-            movers.place(objects, studio.objects_mut(), frame as f32 / self.fps as f32)?;
             // Objects are lit where they begin already.
             if frame > 0 {
+                movers.place(objects, studio.objects_mut(), frame as f32 / self.fps as f32)?;
                 studio.settle(console)?;
             }
             let image = studio.picture(camera, options, console)?;

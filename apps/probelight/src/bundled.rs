@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::ValueEnum;
 use probelight_bake::BakeOptions;
-use probelight_math::glam::{Quat, Vec3, vec3};
+use probelight_math::glam::{Vec3, vec3};
 use probelight_scene::{Camera, Light, Lighting, Placement, Scene, Sky, parse_gltf};
 
 /// A scene inside the program.
@@ -75,7 +75,7 @@ impl BundledScene {
         let mut turn = 0.0;
         places.map(|translation| {
             turn += 0.9;
-            Placement { translation, rotation: Quat::from_rotation_y(turn), scale }
+            Placement::upright(translation, turn, scale)
         })
     }
 

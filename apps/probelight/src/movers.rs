@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use probelight_asset::BakedScene;
-use probelight_math::glam::{Quat, Vec3};
+use probelight_math::glam::Vec3;
 use probelight_runtime::{ObjectId, Objects, RuntimeError};
 use probelight_scene::{
     AnimatedModel, Keyframe, Object, ObjectPath, Placement, Scene, Setup, load_animated_gltf,
@@ -63,11 +63,12 @@ impl Movers {
                     let model = load_animated_gltf(&file)
                         .with_context(|| format!("the object {} cannot be used", file.display()))?;
                     input::warn_of(model.rest(), &file, console);
-                    Arc::new(model)
+                    let model = Arc::new(model);
+                    models.push((file.clone(), Arc::clone(&model)));
+                    model
                 }
             };
             let clip = path.clip.as_deref().map(|name| clip_of(&model, name, &file)).transpose()?;
-            models.push((file, Arc::clone(&model)));
             movers.push(Mover { path: path.clone(), model, clip });
         }
         Ok(Self { movers })
@@ -156,8 +157,7 @@ fn parse_object(text: &str) -> anyhow::Result<ObjectPath> {
         [x, y, z, scale, yaw] => (Vec3::new(x, y, z), scale, yaw),
         _ => bail!("{place:?}: three to five numbers expected, X,Y,Z[,SCALE[,YAW]]"),
     };
-    let placement =
-        Placement { translation: position, rotation: Quat::from_rotation_y(yaw.to_radians()), scale };
+    let placement = Placement::upright(position, yaw.to_radians(), scale);
     placement.validate()?;
     Ok(ObjectPath { file: file.into(), keyframes: vec![Keyframe { time: 0.0, placement }], clip: None })
 }

@@ -186,23 +186,28 @@ impl View<'_> {
         };
         let position = ray.origin + ray.direction * hit.distance;
         let surface = match object {
-            Some(index) => self.object_surface(&self.world.objects[index], &hit, position),
+            Some(index) => self.object_surface(&self.world.objects[index], &hit),
             None => self.scene_surface(&hit),
         };
+        let Surface { shading_normal, emission, .. } = surface;
         let direct = || {
             let Self { world, lighting, .. } = self;
-            smooth_direct_irradiance(world, &lighting.lights, position, hit.normal, surface.shading_normal)
+            smooth_direct_irradiance(world, &lighting.lights, position, hit.normal, shading_normal)
         };
-        let objects = || self.surfaces.object_influence(position, surface.shading_normal, object);
-        let ObjectInfluence { left, reflected } =
-            if output == RenderOutput::Direct { ObjectInfluence::NONE } else { objects() };
-        let (emission, irradiance) = (surface.emission, surface.irradiance * left + reflected);
+        let soft = || {
+            let irradiance = match object {
+                Some(_) => self.surfaces.irradiance_in_air(position, shading_normal),
+                None => self.surfaces.irradiance(&hit),
+            };
+            let objects = self.surfaces.object_influence(position, shading_normal, object);
+            irradiance * objects.left + objects.reflected
+        };
         let reflectance = surface.albedo * FRAC_1_PI;
         match output {
-            RenderOutput::Full => emission + reflectance * (direct() + irradiance),
+            RenderOutput::Full => emission + reflectance * (direct() + soft()),
             RenderOutput::Direct => emission + reflectance * direct(),
-            RenderOutput::Indirect => reflectance * irradiance,
-            RenderOutput::Irradiance => irradiance,
+            RenderOutput::Indirect => reflectance * soft(),
+            RenderOutput::Irradiance => soft(),
         }
     }
 
@@ -213,11 +218,10 @@ impl View<'_> {
             shading_normal: hit.normal,
             albedo: self.surfaces.albedo(scene, hit),
             emission: if hit.is_back_face { Vec3::ZERO } else { emission() },
-            irradiance: self.surfaces.irradiance(hit),
         }
     }
 
-    fn object_surface(&self, object: &TracedObject, hit: &Hit, position: Vec3) -> Surface {
+    fn object_surface(&self, object: &TracedObject, hit: &Hit) -> Surface {
         let (model, triangle) = (object.tracer().scene(), hit.triangle as usize);
         let front = object.placement().direction(model.shading_normal(triangle, hit.barycentric));
         let shading_normal = if hit.is_back_face { -front } else { front };
@@ -226,7 +230,6 @@ impl View<'_> {
             shading_normal,
             albedo: model.albedo(triangle, hit.barycentric),
             emission: if hit.is_back_face { Vec3::ZERO } else { emission() },
-            irradiance: self.surfaces.irradiance_in_air(position, shading_normal),
         }
     }
 }
@@ -239,6 +242,4 @@ struct Surface {
     albedo: Vec3,
     /// Radiance towards the eye, W·m⁻²·sr⁻¹.
     emission: Vec3,
-    /// Of all light but that of the analytic lights, W/m².
-    irradiance: Vec3,
 }

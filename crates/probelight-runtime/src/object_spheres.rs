@@ -197,8 +197,13 @@ impl ObjectInfluence {
 
 /// From 1 to 0 towards the reach of a sphere.
 fn fade(share_of_reach: f32) -> f32 {
-    let t = ((share_of_reach - FADE_FROM) / (1.0 - FADE_FROM)).clamp(0.0, 1.0);
-    1.0 - t * t * (3.0 - 2.0 * t)
+    1.0 - smoothstep((share_of_reach - FADE_FROM) / (1.0 - FADE_FROM))
+}
+
+/// From 0 to 1, level at both ends.
+fn smoothstep(t: f32) -> f32 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 /// The share of a disc in the sky that another covers; half opening angles and the angle between them, radians. Exact where
@@ -206,8 +211,7 @@ fn fade(share_of_reach: f32) -> f32 {
 fn covered_share(lamp: f32, sphere: f32, between: f32) -> f32 {
     let areas = [1.0 - lamp.cos(), 1.0 - sphere.cos()];
     let (inner, outer) = ((lamp - sphere).abs(), lamp + sphere);
-    let t = ((between - inner) / (outer - inner).max(1e-6)).clamp(0.0, 1.0);
-    (1.0 - t * t * (3.0 - 2.0 * t)) * (areas[1] / areas[0]).min(1.0)
+    (1.0 - smoothstep((between - inner) / (outer - inner).max(1e-6))) * (areas[1] / areas[0]).min(1.0)
 }
 
 /// Form factor of a sphere whose middle is `radii` of its radii away, at an angle of the given cosine to the normal; with

@@ -87,12 +87,13 @@ impl Objects {
     /// Gives an object another shape, such as the next pose of an animation.
     ///
     /// # Errors
-    /// [`RuntimeError::UnknownObject`].
+    /// [`RuntimeError::UnknownObject`], or [`RuntimeError::Object`] if it is none; then it keeps the one that it has.
     pub fn reshape(&mut self, id: ObjectId, model: Arc<Scene>) -> Result<(), RuntimeError> {
         let index = self.index(id)?;
         let placement = *self.objects[index].placement();
-        self.model_spheres[index] = self.spheres_of(&model);
-        self.objects[index] = Object::new(model, placement).map_err(RuntimeError::Object)?;
+        let object = Object::new(model, placement).map_err(RuntimeError::Object)?;
+        self.model_spheres[index] = self.spheres_of(object.model());
+        self.objects[index] = object;
         self.bounds[index] = reached_bounds(&self.objects[index], &self.model_spheres[index]);
         self.stale = true;
         Ok(())

@@ -30,6 +30,11 @@ impl Placement {
         Self { translation, rotation: Quat::IDENTITY, scale: 1.0 }
     }
 
+    /// Upright at a world position, turned about +Y by `yaw` radians.
+    pub fn upright(translation: Vec3, yaw: f32, scale: f32) -> Self {
+        Self { translation, rotation: Quat::from_rotation_y(yaw), scale }
+    }
+
     /// The world position of a point of the model.
     #[inline]
     pub fn point(&self, local: Vec3) -> Vec3 {

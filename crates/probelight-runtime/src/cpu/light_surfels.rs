@@ -4,8 +4,8 @@
 //! faces, and the light that the sample's side reflects. `E_lightmap` is last frame's lightmap, which holds
 //! everything that arrives by way of the signals. Where emitters have signals of their own, surfels leave Le out.
 //!
-//! What changes rarely is kept: shadow rays are only traced when a light changed or an object moved, the terms without feedback
-//! are only evaluated when a light or a material changed. Every frame then is one multiplication per sample.
+//! What changes rarely is kept: shadow rays are only traced when a light changed or an object moved, the terms
+//! without feedback are only evaluated then or when a material changed. Every frame then is one multiplication per sample.
 //! Feedback is clamped at zero, because truncated matrices can yield slightly negative irradiance and no
 //! surface reflects that.
 
@@ -85,15 +85,9 @@ impl ScalarSignals {
     /// Traces shadow rays against what stands still. Needed when a light changed, before
     /// [`cast_object_shadows`](Self::cast_object_shadows).
     pub fn trace_direct(&mut self, baked: &BakedScene, tracer: &Tracer, lights: &[Light]) {
-        self.unshadowed
-            .par_chunks_mut(SAMPLES_PER_TASK)
-            .zip(baked.light_samples.par_chunks(SAMPLES_PER_TASK))
-            .for_each(|(direct, samples)| {
-                for (direct, sample) in direct.iter_mut().zip(samples) {
-                    let normal = tracer.side_normal(sample.triangle, sample.is_back_face());
-                    *direct = direct_irradiance(tracer, lights, sample.position, normal);
-                }
-            });
+        for_each_sample(&mut self.unshadowed, baked, tracer, |direct, position, normal| {
+            *direct = direct_irradiance(tracer, lights, position, normal);
+        });
     }
 
     /// Traces shadow rays against objects: direct irradiance of all samples. Needed when a light changed or an object moved.
@@ -102,32 +96,18 @@ impl ScalarSignals {
         if world.objects.is_empty() {
             return;
         }
-        self.direct
-            .par_chunks_mut(SAMPLES_PER_TASK)
-            .zip(baked.light_samples.par_chunks(SAMPLES_PER_TASK))
-            .for_each(|(direct, samples)| {
-                for (direct, sample) in
-                    direct.iter_mut().zip(samples).filter(|(direct, _)| **direct != Vec3::ZERO)
-                {
-                    let normal = world.tracer.side_normal(sample.triangle, sample.is_back_face());
-                    let is_hidden = |light: &Light| {
-                        let arriving =
-                            light.illuminate(sample.position).filter(|it| it.to_light.dot(normal) > 0.0);
-                        arriving.is_some_and(|arriving| {
-                            let offset = world.tracer.offset();
-                            world.is_object_in_the_way(&shadow_ray(
-                                sample.position,
-                                normal,
-                                &arriving,
-                                offset,
-                            ))
-                        })
-                    };
-                    if lights.iter().any(is_hidden) {
-                        *direct = direct_irradiance(&world, lights, sample.position, normal);
-                    }
-                }
-            });
+        let offset = world.tracer.offset();
+        for_each_sample(&mut self.direct, baked, world.tracer, |direct, position, normal| {
+            let is_hidden = |light: &Light| {
+                let arriving = light.illuminate(position).filter(|it| it.to_light.dot(normal) > 0.0);
+                arriving.is_some_and(|arriving| {
+                    world.is_object_in_the_way(&shadow_ray(position, normal, &arriving, offset))
+                })
+            };
+            if *direct != Vec3::ZERO && lights.iter().any(is_hidden) {
+                *direct = direct_irradiance(&world, lights, position, normal);
+            }
+        });
     }
 
     /// Evaluates what does not depend on feedback, but for the sky. Needed when a light or a material changed.
@@ -206,6 +186,23 @@ impl Feedback {
         let irradiance = lightmap.texels.get(self.texel as usize).copied().unwrap_or(Vec3::ZERO);
         self.reflectance * irradiance.max(Vec3::ZERO)
     }
+}
+
+/// Changes a value of each light sample by its position and the normal on its side.
+fn for_each_sample(
+    values: &mut [Vec3],
+    baked: &BakedScene,
+    tracer: &Tracer,
+    change: impl Fn(&mut Vec3, Vec3, Vec3) + Sync,
+) {
+    values.par_chunks_mut(SAMPLES_PER_TASK).zip(baked.light_samples.par_chunks(SAMPLES_PER_TASK)).for_each(
+        |(values, samples)| {
+            for (value, sample) in values.iter_mut().zip(samples) {
+                let normal = tracer.side_normal(sample.triangle, sample.is_back_face());
+                change(value, sample.position, normal);
+            }
+        },
+    );
 }
 
 fn samples_of(surfel: &Surfel) -> Range<usize> {

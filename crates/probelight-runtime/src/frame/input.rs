@@ -9,8 +9,8 @@ use probelight_scene::{Bounds, Camera};
 pub struct FrameInput<'a> {
     /// Who looks; without it everything counts as near.
     pub view: Option<View>,
-    /// Boxes around what moves but for the runtime's own objects, metres, world space. Clusters that they touch count as near, wherever the view is; light in
-    /// free space is computed in them only.
+    /// Boxes around what moves but for the runtime's own objects, metres, world space. Clusters that they touch count as
+    /// near, wherever the view is; light in free space is computed in them only.
     pub active_boxes: &'a [Bounds],
     /// Whether light in free space is computed everywhere.
     pub whole_grid: bool,

@@ -31,7 +31,7 @@ struct Grid {
     counts: vec3u,
     // Number of the spheres in place of objects.
     sphere_count: u32,
-    // Unit directions of the rows (xyz); those of spherical harmonics have one in band 1.
+    // Unit directions of the rows (xyz); spherical harmonics are read without.
     axes: array<vec4f, MAX_GRID_ROWS>,
 }
 

@@ -20,7 +20,7 @@ pub(super) fn parse<'a>(
         |error: serde_json::Error| format!("its JSON cannot be read ({error}); export it again as glTF 2.0");
     let mut document: Value = serde_json::from_slice(without_padding(text)).map_err(unreadable)?;
     extensions::check(&document, warnings)?;
-    let motion = MotionSource::of(&document);
+    let motion = MotionSource::take(&mut document);
     tidy(&mut document, warnings);
     let root: json::Root = serde_json::from_value(document).map_err(unreadable)?;
     check_version(&root)?;

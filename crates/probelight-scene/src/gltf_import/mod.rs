@@ -82,9 +82,8 @@ pub fn load_gltf(path: &Path) -> Result<Scene, SceneError> {
 /// [`SceneError::Gltf`], as [`load_gltf`].
 pub fn parse_gltf(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let read = |bytes| scene_and_motion(bytes, folder, |_, _| Ok(()));
-    let (scene, ()) = read(bytes).map_err(|reason| SceneError::Gltf { path: path.into(), reason })?;
-    Ok(scene)
+    let read = scene_and_motion(bytes, folder, false);
+    read.map(|(scene, _)| scene).map_err(|reason| SceneError::Gltf { path: path.into(), reason })
 }
 
 /// Like [`load_gltf`], with the skins and animations that move it.
@@ -103,7 +102,7 @@ pub fn load_animated_gltf(path: &Path) -> Result<AnimatedModel, SceneError> {
 /// [`SceneError::Gltf`], as [`load_animated_gltf`].
 pub fn parse_animated_gltf(bytes: &[u8], path: &Path) -> Result<AnimatedModel, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let read = scene_and_motion(bytes, folder, Motion::new);
+    let read = scene_and_motion(bytes, folder, true);
     let (mut scene, motion) = read.map_err(|reason| SceneError::Gltf { path: path.into(), reason })?;
     if motion.parts.iter().any(|part| part.skin.is_some()) {
         scene.warnings.retain(|warning| warning.message != tidy::LEFT_IN_BIND_POSE);
@@ -112,29 +111,26 @@ pub fn parse_animated_gltf(bytes: &[u8], path: &Path) -> Result<AnimatedModel, S
     Ok(AnimatedModel { rest: Arc::new(scene), nodes, parts, skins, clips })
 }
 
-/// Reads a file; `read_motion` says what is to be known of how it moves.
-fn scene_and_motion<M>(
-    bytes: &[u8],
-    folder: &Path,
-    read_motion: impl FnOnce(MotionInput<'_>, &mut Warnings) -> Result<M, Reason>,
-) -> Result<(Scene, M), Reason> {
+/// Reads a file, and how it moves if that is asked for.
+fn scene_and_motion(bytes: &[u8], folder: &Path, moves: bool) -> Result<(Scene, Motion), Reason> {
     let mut warnings = Warnings::default();
     let (document, source, binary) = container::parse(bytes, &mut warnings)?;
     let resources = resources::Resources::load(&document, binary, folder)?;
     let materials = materials::import_materials(&document, &resources, &mut warnings)?;
     let nodes = nodes::placed_nodes(&document, &mut warnings)?;
-    let mut parts = Vec::new();
-    let mut scene =
-        nodes::flatten(&document, &resources, &materials, &nodes, &mut warnings, |part| parts.push(part))?;
+    let mut parts = moves.then(Vec::new);
+    let mut scene = nodes::flatten(&document, &resources, &materials, &nodes, &mut warnings, parts.as_mut())?;
     scene.materials = materials.materials;
     scene.textures = materials.textures;
     if scene.triangles.is_empty() {
         return Err(nothing_left(&warnings.into_vec()));
     }
     scene.validate().map_err(|error| error.to_string())?;
-    let input =
-        MotionInput { source: &source, document: &document, resources: &resources, nodes: &nodes, parts };
-    let motion = read_motion(input, &mut warnings)?;
+    let motion = parts.map(|parts| {
+        let (source, document, resources, nodes) = (&source, &document, &resources, &nodes[..]);
+        Motion::new(MotionInput { source, document, resources, nodes, parts }, &mut warnings)
+    });
+    let motion = motion.transpose()?.unwrap_or_default();
     warnings.add(
         "materials that reflect more than 95 % of the light, as nothing real does: between such walls light hardly \
          ends, and is wrong; lower their base colour to 0.8 or less",

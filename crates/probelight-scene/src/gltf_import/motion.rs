@@ -25,15 +25,15 @@ pub(super) struct MotionSource {
 }
 
 impl MotionSource {
-    /// Copies them.
-    pub(super) fn of(document: &Value) -> Self {
-        let array = |name: &str| document.get(name).and_then(Value::as_array).cloned().unwrap_or_default();
-        let skin = |node: &Value| index(node.get("skin"));
-        Self {
-            skins: array("skins"),
-            animations: array("animations"),
-            node_skins: array("nodes").iter().map(skin).collect(),
-        }
+    /// Takes them out of the document, but for the nodes' skins, which stay to be counted.
+    pub(super) fn take(document: &mut Value) -> Self {
+        let nodes = document.get("nodes").and_then(Value::as_array);
+        let node_skins = nodes.into_iter().flatten().map(|node| index(node.get("skin"))).collect();
+        let mut array = |name: &str| match document.get_mut(name).map(Value::take) {
+            Some(Value::Array(values)) => values,
+            _ => Vec::new(),
+        };
+        Self { skins: array("skins"), animations: array("animations"), node_skins }
     }
 }
 
@@ -48,6 +48,7 @@ pub(super) struct MotionInput<'a> {
 }
 
 /// How a model moves.
+#[derive(Default)]
 pub(super) struct Motion {
     pub(super) nodes: Vec<Node>,
     pub(super) parts: Vec<Part>,

@@ -17,19 +17,19 @@ use crate::animated_model::Part;
 use crate::{Scene, SourceInstance, SourceTriangle};
 
 /// Collects world-space triangles, lights and cameras of the default scene, in the order of its tree; of all
-/// root nodes if there is no scene. Hands `add_part` the vertices of
-/// each node, as it moves them.
+/// root nodes if there is no scene. `parts` gets the vertices of each
+/// node as it moves them, if that is asked for.
 pub(super) fn flatten(
     document: &Document,
     resources: &Resources<'_>,
     materials: &Materials,
     nodes: &[PlacedNode<'_>],
     warnings: &mut Warnings,
-    mut add_part: impl FnMut(Part),
+    parts: Option<&mut Vec<Part>>,
 ) -> Result<Scene, Reason> {
     check_triangle_count(document, nodes)?;
-    let (scene, meshes, add_part) = (Scene::default(), HashMap::new(), &mut add_part);
-    let mut flattener = Flattener { document, resources, materials, warnings, scene, add_part, meshes };
+    let (scene, meshes) = (Scene::default(), HashMap::new());
+    let mut flattener = Flattener { document, resources, materials, warnings, scene, parts, meshes };
     for (place, node) in nodes.iter().enumerate() {
         flattener.add_node(node, place)?;
     }
@@ -121,7 +121,7 @@ struct Flattener<'a> {
     materials: &'a Materials,
     warnings: &'a mut Warnings,
     scene: Scene,
-    add_part: &'a mut dyn FnMut(Part),
+    parts: Option<&'a mut Vec<Part>>,
     /// Each mesh is read once, however many nodes show it.
     meshes: HashMap<usize, Vec<Primitive>>,
 }
@@ -156,7 +156,9 @@ impl Flattener<'_> {
                     primitive: primitive.index,
                 });
                 let first_vertex = self.scene.positions.len();
-                (self.add_part)(part_of(primitive, first_vertex, place, node_from_copy));
+                if let Some(parts) = &mut self.parts {
+                    parts.push(part_of(primitive, first_vertex, place, node_from_copy));
+                }
                 let world_from_copy = world_from_node * node_from_copy;
                 append_instance(&mut self.scene, primitive, world_from_copy, self.warnings)
                     .map_err(at_node)?;

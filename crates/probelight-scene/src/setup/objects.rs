@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use probelight_math::glam::Quat;
-
 use super::fields::{Field, Object};
 use crate::Placement;
 
@@ -79,11 +77,8 @@ fn object_path(field: &Field<'_>) -> Result<ObjectPath, String> {
 
 fn placement(field: &Field<'_>, members: &Object<'_>) -> Result<Placement, String> {
     let or = |name, default| members.optional(name).map_or(Ok(default), |field| field.number());
-    let placement = Placement {
-        translation: members.required("position")?.vector()?,
-        rotation: Quat::from_rotation_y(or("yaw_deg", 0.0)?.to_radians()),
-        scale: or("scale", 1.0)?,
-    };
+    let position = members.required("position")?.vector()?;
+    let placement = Placement::upright(position, or("yaw_deg", 0.0)?.to_radians(), or("scale", 1.0)?);
     placement.validate().map_err(|unusable| field.error(unusable))?;
     Ok(placement)
 }
