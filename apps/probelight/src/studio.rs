@@ -191,6 +191,9 @@ impl GpuStudio {
             ShadingFlag::Physical => Shading::Physical,
         };
         let view = ViewOptions { view: options.view, shading };
+        if self.renderer.shows_whole_grid(view) {
+            self.runtime.step(&FrameInput { whole_grid: true, ..FrameInput::default() });
+        }
         let image = self.renderer.still(&LitScene::of(&self.runtime), camera, view, options.samples);
         self.gpu.check()?;
         Ok(image?)

@@ -9,14 +9,15 @@ use probelight_runtime::gpu::device::checked;
 use probelight_runtime::gpu::{GpuError, GpuRuntime, GridTables, MovingGeometry, SceneGeometry, ShadowMaps};
 use probelight_scene::{Camera, Lighting};
 
+use super::finish::Finish;
 use super::frame_record::FrameRecord;
 use super::markers::Markers;
 use super::materials::Materials;
 use super::moving_surfaces::MovingSurfaces;
 use super::picture_target::{PictureTarget, SAMPLES};
-use super::pipelines::{Pipelines, frame_layout};
+use super::pipelines::{Pipelines, SurfaceShader, frame_layout};
 use super::surface_attributes;
-use super::view::{GpuView, ViewOptions};
+use super::view::{GpuView, Shading, ViewOptions};
 use crate::Image;
 
 /// A scene under light, in the memory of a GPU.
@@ -68,6 +69,8 @@ pub struct GpuRenderer {
     attributes: wgpu::Buffer,
     lightmap_faces: wgpu::Buffer,
     materials: Materials,
+    /// Of each material.
+    finishes: Vec<Finish>,
     moving: MovingSurfaces,
     frame: wgpu::Buffer,
     frame_layout: wgpu::BindGroupLayout,
@@ -116,6 +119,7 @@ impl GpuRenderer {
                 probes: Markers::probes(device, &baked)?,
                 light_samples: Markers::light_samples(device, &baked)?,
                 materials,
+                finishes: Finish::of_all(&baked.scene),
                 moving: MovingSurfaces::default(),
                 frame_layout,
                 baked,
@@ -123,6 +127,17 @@ impl GpuRenderer {
                 queue: queue.clone(),
             })
         })
+    }
+
+    /// Whether pictures show light in free space on surfaces of the scene, so that frames must compute all of it
+    /// ([`FrameInput::whole_grid`](probelight_runtime::FrameInput::whole_grid)): bumps and gloss of
+    /// [`Shading::Physical`]. What a frame does not compute is shown as if its light came evenly from all sides.
+    pub fn shows_whole_grid(&self, options: ViewOptions) -> bool {
+        self.shows_finishes(options) && self.finishes.iter().any(|finish| *finish != Finish::Matt)
+    }
+
+    fn shows_finishes(&self, options: ViewOptions) -> bool {
+        options.shading == Shading::Physical && options.view.has_soft_light() && self.baked.has_grid()
     }
 
     /// Draws what `camera` sees. One picture may be drawn per submission.
@@ -153,7 +168,7 @@ impl GpuRenderer {
             pass.set_pipeline(&self.pipelines.sky);
             pass.draw(0..3, 0..1);
         }
-        self.draw_surfaces(&mut pass, scene);
+        self.draw_surfaces(&mut pass, scene, options);
         self.draw_objects(&mut pass, scene);
         if let Some((markers, pipeline)) = markers {
             pass.set_pipeline(pipeline);
@@ -185,15 +200,22 @@ impl GpuRenderer {
         Ok(target.read(&self.device, &self.queue)?.reduced(scale))
     }
 
-    fn draw_surfaces(&self, pass: &mut wgpu::RenderPass, scene: &LitScene) {
+    fn draw_surfaces(&self, pass: &mut wgpu::RenderPass, scene: &LitScene, options: ViewOptions) {
         pass.set_bind_group(0, scene.shadow_maps.bind_group(), &[]);
         pass.set_bind_group(3, scene.grid.bind_group(), &[]);
         pass.set_vertex_buffer(0, scene.geometry.positions.slice(..));
         pass.set_vertex_buffer(1, self.attributes.slice(..));
-        let Pipelines { surface, surface_with_objects, .. } = &self.pipelines;
-        let pipelines = if scene.moving.count > 0 { surface_with_objects } else { surface };
+        let has_objects = scene.moving.count > 0 && options.view.has_soft_light();
+        let shows_finishes = self.shows_finishes(options);
         for part in &scene.geometry.parts {
             let material = part.material as usize;
+            let shader = match self.finishes[material] {
+                Finish::Bumpy if shows_finishes => SurfaceShader::Bumpy,
+                Finish::Glossy if shows_finishes => SurfaceShader::Glossy,
+                _ if has_objects => SurfaceShader::WithObjects,
+                _ => SurfaceShader::Plain,
+            };
+            let pipelines = self.pipelines.surface(&self.device, shader);
             pass.set_pipeline(pipelines.of(&self.baked.scene.materials[material]));
             pass.set_bind_group(2, &self.materials.bind_groups[material], &[]);
             pass.draw(part.vertices.clone(), 0..1);
@@ -205,9 +227,10 @@ impl GpuRenderer {
             let Some(surfaces) = self.moving.of(&model.model) else { continue };
             pass.set_vertex_buffer(0, model.geometry.positions.slice(..));
             pass.set_vertex_buffer(1, surfaces.attributes.slice(..));
+            let pipelines = self.pipelines.surface(&self.device, SurfaceShader::Object);
             for part in &model.geometry.parts {
                 let material = part.material as usize;
-                pass.set_pipeline(self.pipelines.object.of(&model.model.materials[material]));
+                pass.set_pipeline(pipelines.of(&model.model.materials[material]));
                 pass.set_bind_group(2, &surfaces.materials.bind_groups[material], &[]);
                 pass.draw(part.vertices.clone(), model.objects.clone());
             }

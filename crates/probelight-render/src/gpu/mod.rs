@@ -7,13 +7,14 @@
 //! | [`picture_target`] | [`PictureTarget`]: the picture while it is drawn, and its pixels |
 //! | [`presenter`] | [`Presenter`]: exposure and tone map, onto a window |
 //! | [`uploaded_light`] | [`UploadedLight`]: light that the CPU's runtime computed |
-//! | `surface_attributes`, `materials`, `material_textures`, `moving_surfaces`, `markers`, `cluster_colors` | what is drawn |
+//! | `surface_attributes`, `materials`, `material_textures`, `finish`, `moving_surfaces`, `markers`, `cluster_colors` | what is drawn |
 //! | `frame_record` | camera, sky and view as shaders read them |
 //! | `pipelines`, `shaders` | how it is drawn; WGSL sources |
 //!
 //! Depth is near / distance: 1 at the eye, 0 infinitely far away, which is where floats are most precise.
 
 mod cluster_colors;
+mod finish;
 mod frame_record;
 pub mod gpu_renderer;
 mod markers;

@@ -1,5 +1,7 @@
 //! The pipelines of a picture and what shaders bind.
 
+use std::sync::OnceLock;
+
 use probelight_runtime::gpu::SceneGeometry;
 use probelight_runtime::gpu::bindings::{SAMPLER, STORAGE, TEXTURE, UNIFORM, bind, layout};
 use probelight_scene::{AlphaMode, Material};
@@ -11,13 +13,47 @@ use super::{shaders, surface_attributes};
 /// How each kind of thing is drawn.
 #[derive(Debug)]
 pub(super) struct Pipelines {
-    pub(super) surface: SurfacePipelines,
-    pub(super) surface_with_objects: SurfacePipelines,
-    pub(super) object: SurfacePipelines,
+    surfaces: [OnceLock<SurfacePipelines>; SurfaceShader::COUNT],
+    surface_module: wgpu::ShaderModule,
+    object_module: wgpu::ShaderModule,
+    /// Lights, frame, material, grid.
+    layouts: [wgpu::BindGroupLayout; 4],
     pub(super) sky: wgpu::RenderPipeline,
     pub(super) spheres: wgpu::RenderPipeline,
     pub(super) discs: wgpu::RenderPipeline,
     marker_layout: wgpu::BindGroupLayout,
+}
+
+/// How the light on a surface is found.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum SurfaceShader {
+    /// In the lightmap.
+    Plain,
+    /// In the lightmap, with objects around.
+    WithObjects,
+    /// In lightmap and grid, by a normal map's bumps, with objects around.
+    Bumpy,
+    /// The same, with gloss.
+    Glossy,
+    /// In the grid: of objects.
+    Object,
+}
+
+impl SurfaceShader {
+    const COUNT: usize = Self::Object as usize + 1;
+
+    /// Names of the vertex and the fragment shaders, for opaque and for alpha-masked materials.
+    fn entries(self) -> [&'static str; 3] {
+        match self {
+            Self::Plain => ["surface_vertex", "surface_color", "masked_surface_color"],
+            Self::WithObjects => {
+                ["surface_vertex", "surface_color_with_objects", "masked_surface_color_with_objects"]
+            }
+            Self::Bumpy => ["surface_vertex", "bumpy_surface_color", "masked_bumpy_surface_color"],
+            Self::Glossy => ["surface_vertex", "glossy_surface_color", "masked_glossy_surface_color"],
+            Self::Object => ["object_vertex", "object_color", "masked_object_color"],
+        }
+    }
 }
 
 /// For opaque and for alpha-masked materials.
@@ -35,16 +71,10 @@ impl SurfacePipelines {
 }
 
 impl Pipelines {
-    pub(super) fn new(
-        device: &wgpu::Device,
-        [lights, frame, material, grid]: [&wgpu::BindGroupLayout; 4],
-    ) -> Self {
+    pub(super) fn new(device: &wgpu::Device, layouts: [&wgpu::BindGroupLayout; 4]) -> Self {
         let marker_layout = marker_layout(device);
-        let surface = shaders::module(device, "surface", shaders::surface());
-        let objects = shaders::module(device, "objects", shaders::objects());
         let sky = shaders::module(device, "sky", shaders::sky());
         let markers = shaders::module(device, "markers", shaders::markers());
-        let attributes = [SceneGeometry::POSITION_LAYOUT, surface_attributes::LAYOUT];
         let drawn = |module, entries, layouts: &[_]| Drawn {
             module,
             entries,
@@ -53,28 +83,39 @@ impl Pipelines {
             has_depth: true,
             is_masked: false,
         };
-        let surface_layouts = [Some(lights), Some(frame), Some(material), Some(grid)];
+        let [_, frame, ..] = layouts;
         let marker_layouts = [None, Some(frame), Some(&marker_layout)];
-        let surfaces = |module, [vertex, opaque, masked]: [&'static str; 3]| {
-            let drawn =
-                Drawn { attributes: &attributes, ..drawn(module, [vertex, opaque], &surface_layouts) };
-            SurfacePipelines {
-                opaque: drawn.pipeline(device),
-                masked: Drawn { is_masked: true, entries: [vertex, masked], ..drawn }.pipeline(device),
-            }
-        };
-        let with_objects =
-            ["surface_vertex", "surface_color_with_objects", "masked_surface_color_with_objects"];
         Self {
-            surface: surfaces(&surface, ["surface_vertex", "surface_color", "masked_surface_color"]),
-            surface_with_objects: surfaces(&surface, with_objects),
-            object: surfaces(&objects, ["object_vertex", "object_color", "masked_object_color"]),
+            surfaces: Default::default(),
+            surface_module: shaders::module(device, "surface", shaders::surface()),
+            object_module: shaders::module(device, "objects", shaders::objects()),
+            layouts: layouts.map(wgpu::BindGroupLayout::clone),
             sky: Drawn { has_depth: false, ..drawn(&sky, ["sky_vertex", "sky_color"], &[None, Some(frame)]) }
                 .pipeline(device),
             spheres: drawn(&markers, ["sphere_vertex", "sphere_color"], &marker_layouts).pipeline(device),
             discs: drawn(&markers, ["disc_vertex", "disc_color"], &marker_layouts).pipeline(device),
             marker_layout,
         }
+    }
+
+    /// What draws surfaces by a shader; made when it is first asked for, as compilers take long over some.
+    pub(super) fn surface(&self, device: &wgpu::Device, shader: SurfaceShader) -> &SurfacePipelines {
+        self.surfaces[shader as usize].get_or_init(|| {
+            let [vertex, opaque, masked] = shader.entries();
+            let is_object = matches!(shader, SurfaceShader::Object);
+            let drawn = Drawn {
+                module: if is_object { &self.object_module } else { &self.surface_module },
+                entries: [vertex, opaque],
+                layouts: self.layouts.iter().map(Some).collect(),
+                attributes: &[SceneGeometry::POSITION_LAYOUT, surface_attributes::LAYOUT],
+                has_depth: true,
+                is_masked: false,
+            };
+            SurfacePipelines {
+                opaque: drawn.pipeline(device),
+                masked: Drawn { is_masked: true, entries: [vertex, masked], ..drawn }.pipeline(device),
+            }
+        })
     }
 
     /// What the shaders of markers read.

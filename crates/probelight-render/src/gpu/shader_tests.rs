@@ -61,6 +61,10 @@ fn partners() -> Partners {
             // Of the reflection model, which the CPU's renderer does not have.
             "DIELECTRIC",
             "LEAST_ROUGHNESS",
+            "FLAT_SLOPE",
+            "SAME_DIRECTION",
+            "UNCERTAIN_LIGHT",
+            "MOST_BRIGHTENING",
         ],
         compared_elsewhere: &[LIGHTS, SHADOW_MAPS, PLACEMENTS, GRID, OBJECT_SPHERES],
     }

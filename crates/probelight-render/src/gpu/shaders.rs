@@ -5,12 +5,12 @@ use probelight_runtime::gpu::shaders::{GRID, LIGHTS, OBJECT_SPHERES, PLACEMENTS,
 const FRAME: &str = include_str!("../shaders/frame.wgsl");
 const MATERIAL: &str = include_str!("../shaders/material.wgsl");
 const BRDF: &str = include_str!("../shaders/brdf.wgsl");
-
+const SOFT_LIGHT: &str = include_str!("../shaders/soft_light.wgsl");
 const SURFACE: &str = include_str!("../shaders/surface.wgsl");
 
 /// Surfaces of the scene.
 pub(super) fn surface() -> String {
-    [LIGHTS, SHADOW_MAPS, GRID, OBJECT_SPHERES, FRAME, MATERIAL, BRDF, SURFACE].concat()
+    [LIGHTS, SHADOW_MAPS, GRID, OBJECT_SPHERES, FRAME, MATERIAL, BRDF, SOFT_LIGHT, SURFACE].concat()
 }
 
 /// Objects.

@@ -35,7 +35,7 @@ views! {
     Direct = 1 "direct",
     /// Reflected light of the lightmap only: bounced light, sky light, light of emissive surfaces; the sky is black.
     Indirect = 2 "indirect",
-    /// Raw irradiance of the lightmap, W/m², without albedo.
+    /// Raw irradiance of the lightmap, W/m², without albedo; as bumps have it if these are shown.
     Irradiance = 3 "irradiance",
     /// Base colours, linear.
     Albedo = 4 "albedo",
@@ -63,6 +63,12 @@ impl GpuView {
         !matches!(self, Self::Albedo | Self::Normals | Self::Clusters)
     }
 
+    /// Whether light other than that of the analytic lights is seen.
+    pub(super) fn has_soft_light(self) -> bool {
+        use GpuView::{Full, Indirect, Irradiance, LightSamples, Probes};
+        matches!(self, Full | Indirect | Irradiance | Probes | LightSamples)
+    }
+
     /// Whether the sky is seen behind the scene.
     pub(super) fn has_sky(self) -> bool {
         matches!(self, Self::Full | Self::Direct | Self::Probes | Self::LightSamples)
@@ -76,7 +82,9 @@ pub enum Shading {
     /// As the CPU's renderer and the path tracer have it: Lambertian, with geometric normals.
     #[default]
     Diffuse = 0,
-    /// glTF's metallic-roughness model with normal maps.
+    /// glTF's metallic-roughness model with normal maps. Of scenes with a grid, surfaces of the scene take the light that
+    /// bumps and gloss show from it, as objects do; else light other than that of lamps counts as coming evenly from all
+    /// sides.
     Physical = 1,
 }
 

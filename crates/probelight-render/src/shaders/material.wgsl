@@ -13,6 +13,9 @@ struct Material {
     second_uv_sets: u32,
 }
 
+// Slopes of a normal map that eight bits cannot tell from none: 127 and 128 of 255 stand for a flat surface.
+const FLAT_SLOPE = 0.004;
+
 @group(2) @binding(0) var<uniform> material: Material;
 @group(2) @binding(1) var material_sampler: sampler;
 @group(2) @binding(2) var base_color_texture: texture_2d<f32>;
@@ -49,6 +52,9 @@ struct Surface {
     // 1 on the front, −1 on the back.
     side: f32,
     face_normal: vec3f,
+    // That between the vertices'.
+    smooth_normal: vec3f,
+    // The same with the normal map's bumps.
     normal: vec3f,
     base_color: vec3f,
     alpha: f32,
@@ -81,6 +87,7 @@ fn surface_at(corner: SurfaceCorner, position: vec3f) -> Surface {
     surface.to_eye = to_eye;
     surface.side = select(1.0, -1.0, is_back);
     surface.face_normal = normalize(corner.face_normal) * surface.side;
+    surface.smooth_normal = normalize(corner.normal) * surface.side;
     surface.normal = shading_normal(corner, bump, surface.face_normal, surface.side);
     surface.base_color = base_color.xyz;
     surface.alpha = base_color.w;
@@ -138,7 +145,8 @@ fn lightmap_position(triangle: u32, side: u32, weights: vec3f) -> vec2f {
 fn shading_normal(vertex: SurfaceCorner, bump: vec3f, face_normal: vec3f, side: f32) -> vec3f {
     let normal = normalize(vertex.normal);
     let bitangent = vertex.tangent.w * cross(normal, vertex.tangent.xyz);
-    let slope = (bump.xy * 2.0 - 1.0) * material.normal_scale;
+    let coded = bump.xy * 2.0 - 1.0;
+    let slope = (coded - clamp(coded, vec2f(-FLAT_SLOPE), vec2f(FLAT_SLOPE))) * material.normal_scale;
     let bumped = slope.x * vertex.tangent.xyz + slope.y * bitangent + (bump.z * 2.0 - 1.0) * normal;
     let length = length(bumped);
     return select(face_normal, side * bumped / length, length > 1e-6);

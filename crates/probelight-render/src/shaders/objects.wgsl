@@ -72,24 +72,13 @@ fn color_of_object(surface: Surface, number: u32) -> vec3f {
     if frame.view == VIEW_IRRADIANCE {
         return irradiance;
     }
-    let reflected = reflected_in_air(surface, &light, irradiance);
+    var reflected = surface.base_color / PI * irradiance;
+    if frame.shading == SHADING_PHYSICAL {
+        reflected = reflected_with_gloss(surface, &light, irradiance).reflected;
+    }
     if frame.view == VIEW_INDIRECT {
         return reflected;
     }
     let all = surface.emission + direct_light(surface) + reflected;
     return all * select(1.0, 0.3, frame.view == VIEW_PROBES || frame.view == VIEW_LIGHT_SAMPLES);
-}
-
-// What an object reflects of the light in free space, of which `irradiance` arrives. Its gloss takes the light for a lamp in
-// even light ([SED] figure 4).
-fn reflected_in_air(surface: Surface, light: ptr<function, GridLight>, irradiance: vec3f) -> vec3f {
-    if frame.shading == SHADING_DIFFUSE {
-        return surface.base_color / PI * irradiance;
-    }
-    let lamp = lamp_of(light, surface.normal);
-    let of_lamp = lamp.flux * max(dot(surface.normal, lamp.direction), 0.0);
-    let even = max(irradiance - of_lamp, vec3f(0.0));
-    let diffuse = diffuse_albedo(surface) / PI * irradiance;
-    let highlight = specular_brdf(surface, lamp.direction, lamp.cosine) * min(of_lamp, irradiance);
-    return surface.occlusion * (diffuse + highlight + specular_albedo(surface) / PI * even);
 }

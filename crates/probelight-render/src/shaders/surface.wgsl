@@ -1,5 +1,4 @@
-// Surfaces of the scene. Needs lights.wgsl, shadow_maps.wgsl, grid.wgsl, object_spheres.wgsl, frame.wgsl, material.wgsl
-// and brdf.wgsl.
+// Surfaces of the scene. Needs lights.wgsl, shadow_maps.wgsl, and soft_light.wgsl with all that it needs.
 
 @vertex
 fn surface_vertex(
@@ -17,42 +16,70 @@ fn surface_vertex(
     );
 }
 
+// A shader for each way to find the soft light: what a picture does not show is not looked up, and drivers in software take
+// seconds to compile what looks into the grid. Of masked surfaces, alpha becomes the share of a pixel's samples that are
+// covered.
+
 @fragment
 fn surface_color(vertex: SurfaceVertex) -> @location(0) vec4f {
-    return vec4f(color_of_view(scene_surface(vertex), false), 1.0);
+    let surface = scene_surface(vertex);
+    return vec4f(color_of_view(surface, light_of_lightmap(surface)), 1.0);
 }
 
-// Alpha becomes the share of a pixel's samples that are covered.
 @fragment
 fn masked_surface_color(vertex: SurfaceVertex) -> @location(0) vec4f {
     let surface = scene_surface(vertex);
-    return vec4f(color_of_view(surface, false), coverage(surface));
+    return vec4f(color_of_view(surface, light_of_lightmap(surface)), coverage(surface));
 }
 
-// The same where there are objects; drivers in software take seconds to compile what these need.
 @fragment
 fn surface_color_with_objects(vertex: SurfaceVertex) -> @location(0) vec4f {
-    return vec4f(color_of_view(scene_surface(vertex), true), 1.0);
+    let surface = scene_surface(vertex);
+    return vec4f(color_of_view(surface, light_with_objects(surface)), 1.0);
 }
 
 @fragment
 fn masked_surface_color_with_objects(vertex: SurfaceVertex) -> @location(0) vec4f {
     let surface = scene_surface(vertex);
-    return vec4f(color_of_view(surface, true), coverage(surface));
+    return vec4f(color_of_view(surface, light_with_objects(surface)), coverage(surface));
 }
 
-fn color_of_view(surface: Surface, has_objects: bool) -> vec3f {
+@fragment
+fn bumpy_surface_color(vertex: SurfaceVertex) -> @location(0) vec4f {
+    let surface = scene_surface(vertex);
+    return vec4f(color_of_view(surface, light_on_bumps(surface)), 1.0);
+}
+
+@fragment
+fn masked_bumpy_surface_color(vertex: SurfaceVertex) -> @location(0) vec4f {
+    let surface = scene_surface(vertex);
+    return vec4f(color_of_view(surface, light_on_bumps(surface)), coverage(surface));
+}
+
+@fragment
+fn glossy_surface_color(vertex: SurfaceVertex) -> @location(0) vec4f {
+    let surface = scene_surface(vertex);
+    return vec4f(color_of_view(surface, light_on_gloss(surface)), 1.0);
+}
+
+@fragment
+fn masked_glossy_surface_color(vertex: SurfaceVertex) -> @location(0) vec4f {
+    let surface = scene_surface(vertex);
+    return vec4f(color_of_view(surface, light_on_gloss(surface)), coverage(surface));
+}
+
+fn color_of_view(surface: Surface, soft: SoftLight) -> vec3f {
     switch frame.view {
         case VIEW_DIRECT: { return surface.emission + direct_light(surface); }
-        case VIEW_INDIRECT: { return indirect_light(surface, has_objects); }
-        case VIEW_IRRADIANCE: { return soft_irradiance(surface, has_objects); }
+        case VIEW_INDIRECT: { return soft.reflected; }
+        case VIEW_IRRADIANCE: { return soft.irradiance; }
         case VIEW_ALBEDO: { return surface.base_color; }
         case VIEW_NORMALS: { return 0.5 + 0.5 * surface.normal; }
         case VIEW_LIGHTMAP_TEXELS: { return texel_of(surface); }
         case VIEW_CLUSTERS: { return cluster_of(surface); }
         default: {}
     }
-    let all = surface.emission + direct_light(surface) + indirect_light(surface, has_objects);
+    let all = surface.emission + direct_light(surface) + soft.reflected;
     return all * select(1.0, 0.3, frame.view == VIEW_PROBES || frame.view == VIEW_LIGHT_SAMPLES);
 }
 
@@ -70,32 +97,6 @@ fn direct_light(surface: Surface) -> vec3f {
         }
     }
     return sum;
-}
-
-// What a surface reflects of the lightmap's light, which counts as coming evenly from all sides.
-fn indirect_light(surface: Surface, has_objects: bool) -> vec3f {
-    var reflectance = surface.base_color;
-    if frame.shading == SHADING_PHYSICAL {
-        reflectance = diffuse_albedo(surface) + specular_albedo(surface);
-    }
-    return reflectance / PI * surface.occlusion * soft_irradiance(surface, has_objects);
-}
-
-// Irradiance of all but the analytic lights, W/m²: that of the lightmap and what objects make of it.
-fn soft_irradiance(surface: Surface, has_objects: bool) -> vec3f {
-    if !has_objects {
-        return irradiance(surface);
-    }
-    let objects = object_influence_on_scene(surface.position, surface.face_normal);
-    return irradiance(surface) * objects.left + objects.reflected;
-}
-
-// Irradiance of the lightmap, W/m². Level 0, as charts lie side by side and coarser levels would blend them.
-fn irradiance(surface: Surface) -> vec3f {
-    let uv = surface.lightmap_position / vec2f(textureDimensions(lightmap));
-    let texel = textureSampleLevel(lightmap, lightmap_sampler, uv, 0.0).xyz;
-    // Compressed matrices can yield slightly negative light.
-    return select(max(texel, vec3f(0.0)), vec3f(0.0), surface.lightmap_position.x < 0.0);
 }
 
 // The lightmap's texels as they are, as a chessboard; blue where a side has none.

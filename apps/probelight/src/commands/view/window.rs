@@ -126,16 +126,17 @@ impl SceneWindow {
             runtime.objects_mut().place(*id, placement)?;
         }
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let view = Some((&state.camera).into());
+        let whole_grid = renderer.shows_whole_grid(state.options);
+        let input = FrameInput { view, whole_grid, ..FrameInput::default() };
         match self.clock.mean_frame(Instant::now()) {
             // Two frames a second are measured, which takes a moment.
             Some(frame) => {
+                runtime.plan_frame(&input);
                 let light = runtime.measure_frames(1, |_, _| Ok(()))?.first().map(|times| times.frame);
                 screen.window.set_title(&title(&self.name, &self.viewer, frame, light.unwrap_or_default()));
             }
-            None => {
-                let view = Some((&state.camera).into());
-                runtime.encode(&FrameInput { view, ..FrameInput::default() }, &mut encoder);
-            }
+            None => runtime.encode(&input, &mut encoder),
         }
         renderer.draw(&mut encoder, &screen.picture, &LitScene::of(runtime), &state.camera, state.options);
         let tone_map = ToneMap { scale: state.ev.exp2() };
