@@ -17,6 +17,7 @@ mod interrupt;
 mod matrix_figures;
 mod movers;
 mod output;
+mod planning_clock;
 mod points;
 mod sample_points;
 mod stage_clock;

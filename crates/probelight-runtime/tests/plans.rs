@@ -132,9 +132,10 @@ fn levels_of_detail_become_plans() {
         cluster.bounds = Bounds { min: Vec3::X * f32::from(x), max: Vec3::X * f32::from(x) + Vec3::ONE };
     }
     let baked = checked(baked);
-    let far = LodLevel { distance: 4.0, rank: Some(3), degree: Some(1), rays: Some(20), lightmap_level: 0 };
-    let lod = LodSettings { levels: vec![LodLevel::default(), far] };
-    let input = FrameInput { view: Some(View { position: Vec3::ZERO }), ..FrameInput::default() };
+    let far =
+        LodLevel { distance: 4.0, rank: Some(3), degree: Some(1), rays: Some(20), ..LodLevel::default() };
+    let lod = LodSettings { levels: vec![LodLevel::default(), far], ..LodSettings::default() };
+    let input = FrameInput { view: Some(View::default()), ..FrameInput::default() };
 
     let mut by_levels = Runtime::new(baked.clone());
     by_levels.set_lod(lod.clone()).unwrap();
@@ -155,7 +156,7 @@ fn levels_of_detail_become_plans() {
 fn settings_survive_json_and_bad_ones_are_refused() {
     let baked = checked(random_room(SMALL));
     let far = LodLevel { distance: 4.0, rank: Some(3), ..LodLevel::default() };
-    let lod = LodSettings { levels: vec![LodLevel::default(), far] };
+    let lod = LodSettings { levels: vec![LodLevel::default(), far], ..LodSettings::default() };
     let text = serde_json::to_string(&lod).unwrap();
     assert_eq!(serde_json::from_str::<LodSettings>(&text).unwrap(), lod);
     assert!(serde_json::from_str::<LodSettings>(r#"{"levels": [{"ranks": 3}]}"#).is_err());
@@ -164,7 +165,7 @@ fn settings_survive_json_and_bad_ones_are_refused() {
     assert_eq!(sparse, lod);
 
     let mut runtime = Runtime::new(baked);
-    let none = LodSettings { levels: Vec::new() };
+    let none = LodSettings { levels: Vec::new(), ..LodSettings::default() };
     assert!(matches!(runtime.set_lod(none), Err(RuntimeError::InvalidLod { .. })));
     assert_eq!(*runtime.lod(), LodSettings::default());
 }

@@ -12,6 +12,7 @@ use probelight_scene::Lighting;
 use crate::backend::BackendFlags;
 use crate::bench_report::{BenchReport, SceneFigures};
 use crate::console::{self, Console};
+use crate::planning_clock::planning_times;
 use crate::stage_clock::{LightShow, StageClock};
 use crate::{input, interrupt, output};
 
@@ -22,6 +23,7 @@ Examples:
   probelight bench --synthetic 512000 --method paper --adapter h100 --json
   probelight bench --synthetic 512000 --moving-lights        with direct light and shading
   probelight bench room.plight --active-grid 0 1 100         what objects in the grid cost
+  probelight bench --synthetic 512000 --objects 1000         planning a frame with so many moving objects
   probelight bench --scaling --backend gpu -o bench.json     50,000 to 8 million receivers
 
 Each stage moves at least its inputs and its outputs once. `of copy` is the speed at which it
@@ -63,6 +65,9 @@ pub(crate) struct Flags {
     /// Shares of the grid in free space around which something moves, per cent: one measurement each
     #[arg(long, value_name = "PERCENT", num_args = 1.., default_values_t = [0.0], value_parser = percent)]
     active_grid: Vec<f64>,
+    /// Also measure how long the CPU plans a frame in which so many objects move (half a metre wide, anywhere)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    objects: Option<u32>,
     /// Frames to measure
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
@@ -111,7 +116,8 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
                 active_share: percent / 100.0,
             };
             let measured = clock.measure(Arc::clone(&baked), &show)?;
-            report.add(SceneFigures::of(name.clone(), &baked), &measured);
+            let planning = flags.objects.map(|objects| planning_times(&baked, objects, flags.frames));
+            report.add(SceneFigures::of(name.clone(), &baked), &measured, planning.as_deref());
             interrupt::check()?;
         }
     }
