@@ -11,7 +11,7 @@ use super::padded_end::PaddedEnd;
 use super::scatter::Scatter;
 use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes};
-use crate::frame::leading;
+use crate::frame::{ReceiverPlace, leading};
 use crate::{FramePlan, IrradianceLightmap};
 
 /// Receivers computed together: their three channels' sums fill twelve AVX-512 registers, and up to two
@@ -34,8 +34,10 @@ impl ReceiverIrradiance {
     pub fn new(baked: &BakedScene) -> Self {
         Self {
             values: vec![Vec3::ZERO; baked.receiver_count()],
-            borders: BlendBorders::new(&baked.clusters, baked.border_blends()),
-            copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..)),
+            borders: BlendBorders::new(&baked.clusters, &baked.border_blends()),
+            copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..), |receiver| {
+                ReceiverPlace::at(&baked.clusters, receiver).cluster
+            }),
             basis_end: PaddedEnd::new(
                 &baked.receiver_basis,
                 baked.clusters.iter().map(|cluster| cluster.receiver_basis_offset),
@@ -52,16 +54,19 @@ impl ReceiverIrradiance {
     /// Forgets all light.
     pub fn clear(&mut self) {
         self.values.fill(Vec3::ZERO);
+        self.borders.clear();
     }
 
     /// Computes E of the plan's receivers from the clusters' coefficients `b` (one RGB row per singular value, cluster by
-    /// cluster) and writes it to the lightmap's texels.
+    /// cluster) and writes it to the lightmap's texels, at least those of the clusters (by number) that are touched: the
+    /// plan's, and those that blend with these.
     pub fn gather_receivers(
         &mut self,
         baked: &BakedScene,
         plan: &FramePlan,
         coefficients: &[[f32; 3]],
         lightmap: &mut IrradianceLightmap,
+        is_touched: impl Fn(u32) -> bool + Sync,
     ) {
         let end = &self.basis_end;
         let start = |cluster: &Cluster| cluster.first_receiver as usize;
@@ -77,8 +82,8 @@ impl ReceiverIrradiance {
                 gather_cluster(basis, stride, leading(cluster.receiver_ranks, extent.rank), b, receivers);
             },
         );
-        self.borders.blend_borders(plan.clusters(), &mut self.values);
-        self.copies.copy(&self.values, &mut lightmap.texels);
+        self.borders.blend_borders(plan.clusters(), &mut self.values, &is_touched);
+        self.copies.copy(&self.values, &mut lightmap.texels, is_touched);
     }
 }
 

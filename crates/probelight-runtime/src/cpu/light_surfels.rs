@@ -12,7 +12,7 @@
 use std::f32::consts::FRAC_1_PI;
 use std::ops::Range;
 
-use probelight_asset::{BakedScene, LightSample, Surfel};
+use probelight_asset::{BakedScene, LightSample, Surfel, SurfelGroup};
 use probelight_math::color::linear_from_srgb;
 use probelight_math::glam::Vec3;
 use probelight_scene::{Light, Lighting, Sky};
@@ -20,6 +20,7 @@ use probelight_trace::{Tracer, World, direct_irradiance, shadow_ray};
 use rayon::prelude::*;
 
 use crate::IrradianceLightmap;
+use crate::frame::BLOCK;
 use crate::sky_signals::SkyProjection;
 use crate::surface_colors::{SurfaceColors, emitter_radiance, has_emitter};
 
@@ -166,17 +167,60 @@ impl ScalarSignals {
             .zip(means.par_chunks(SURFELS_PER_TASK).zip(baked.surfels.par_chunks(SURFELS_PER_TASK)))
             .for_each(|(values, (means, surfels))| {
                 for ((value, mean), surfel) in values.iter_mut().zip(means).zip(surfels) {
-                    let samples = &feedback[samples_of(surfel)];
-                    let reflected = samples.iter().map(|sample| sample.reflected(lightmap)).sum::<Vec3>();
-                    *value = *mean + reflected * (samples.len() as f32).recip();
+                    *value = *mean + mean_reflected(&feedback[samples_of(surfel)], lightmap);
                 }
             });
         // A few ten thousand multiplications, each of which may need the one before it.
         for (number, group) in (baked.surfels.len()..).zip(&baked.surfel_groups) {
-            let [first, second] = group.children.map(|child| self.values[child as usize]);
-            self.values[number] = group.first_weight * first + (1.0 - group.first_weight) * second;
+            self.values[number] = mix(group, &self.values);
         }
     }
+
+    /// [`light_surfels`](Self::light_surfels) of the blocks of surfels that are dirty, and of the groups if there are
+    /// any. Notes the largest change of each block of signals.
+    pub(crate) fn light_dirty_surfels(
+        &mut self,
+        baked: &BakedScene,
+        lightmap: &IrradianceLightmap,
+        is_dirty: &[bool],
+        changes: &mut [f32],
+    ) {
+        if !is_dirty.contains(&true) {
+            return;
+        }
+        let (feedback, means) = (&self.feedback, &self.unbounced_means);
+        let blocks =
+            self.values[..baked.surfels.len()].par_chunks_mut(BLOCK).zip(baked.surfels.par_chunks(BLOCK));
+        let blocks = blocks.zip(means.par_chunks(BLOCK)).zip(is_dirty).zip(&mut *changes);
+        blocks.for_each(|((((values, surfels), means), is_dirty), change)| {
+            let surfels = values.iter_mut().zip(surfels).zip(means);
+            for ((value, surfel), mean) in surfels.take(if *is_dirty { BLOCK } else { 0 }) {
+                let radiance = *mean + mean_reflected(&feedback[samples_of(surfel)], lightmap);
+                *change = change.max((radiance - *value).abs().max_element());
+                *value = radiance;
+            }
+        });
+        for (number, group) in (baked.surfels.len()..).zip(&baked.surfel_groups) {
+            let radiance = mix(group, &self.values);
+            let change = &mut changes[number / BLOCK];
+            *change = change.max((radiance - self.values[number]).abs().max_element());
+            self.values[number] = radiance;
+        }
+    }
+}
+
+/// Radiance that samples reflect of the lightmap's light on average.
+#[inline(always)]
+fn mean_reflected(samples: &[Feedback], lightmap: &IrradianceLightmap) -> Vec3 {
+    let reflected = samples.iter().map(|sample| sample.reflected(lightmap)).sum::<Vec3>();
+    reflected * (samples.len() as f32).recip()
+}
+
+/// Radiance of a group, given that of its patches.
+#[inline(always)]
+fn mix(group: &SurfelGroup, radiance: &[Vec3]) -> Vec3 {
+    let [first, second] = group.children.map(|child| radiance[child as usize]);
+    group.first_weight * first + (1.0 - group.first_weight) * second
 }
 
 impl Feedback {

@@ -121,7 +121,7 @@ mod tests {
         assert!(tree.nodes.len() < 1600);
         let mut found = Vec::new();
         tree.visit_touched(&Bounds { min: at(85) + 0.1, max: at(86) + 0.1 }, &mut |number| {
-            found.push(number)
+            found.push(number);
         });
         found.sort_unstable();
         assert_eq!(found, [85, 86]);

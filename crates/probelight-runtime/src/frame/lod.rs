@@ -18,6 +18,28 @@ pub struct LodSettings {
     /// A probe counts as nearer by this many support radii, so that near receivers that draw on a far probe get its detail:
     /// 1 as published, 0 for the probe's own distance.
     pub support_shift: f32,
+    /// Which changes of light are computed, and when.
+    pub changes: LodChanges,
+}
+
+/// Which changes of light are computed, and when.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LodChanges {
+    /// The largest change of a cluster's light that may wait, as a share of its irradiance: clusters whose signals changed
+    /// by less are not computed. With 0, the default, everything is computed in each frame, changed or not.
+    pub threshold: f32,
+    /// Frames after which even a smaller change is computed.
+    pub longest_wait: u32,
+    /// About how many bytes of transport matrices a frame may read; the largest changes go first. Without it, as many as
+    /// there are.
+    pub matrix_bytes: Option<u64>,
+}
+
+impl Default for LodChanges {
+    fn default() -> Self {
+        Self { threshold: 0.0, longest_wait: 64, matrix_bytes: None }
+    }
 }
 
 /// How much a level computes.
@@ -40,11 +62,26 @@ pub struct LodLevel {
     /// Level n of the lightmap: only receivers at every 2ⁿ-th texel of every 2ⁿ-th row are computed, the others keep their
     /// light. Up to 3.
     pub lightmap_level: u32,
+    /// The largest change that may wait there; that of [`LodChanges`] without it.
+    pub threshold: Option<f32>,
 }
 
 impl Default for LodSettings {
     fn default() -> Self {
-        Self { levels: vec![LodLevel::default()], zones: LodZones::default(), support_shift: 1.0 }
+        Self {
+            levels: vec![LodLevel::default()],
+            zones: LodZones::default(),
+            support_shift: 1.0,
+            changes: LodChanges::default(),
+        }
+    }
+}
+
+impl LodChanges {
+    /// Most words of matrices that a frame may read, or any number if it is forced to.
+    pub(crate) fn most_words(&self, is_forced: bool) -> u32 {
+        let bytes = self.matrix_bytes.filter(|_| !is_forced);
+        bytes.map_or(u32::MAX, |bytes| u32::try_from(bytes / 4).unwrap_or(u32::MAX))
     }
 }
 
@@ -83,12 +120,26 @@ impl LodSettings {
         if !(self.support_shift.is_finite() && self.support_shift >= 0.0) {
             return refuse("the shift by support radii must be finite and not negative");
         }
+        let mut thresholds = self.levels.iter().map(|level| self.threshold(level));
+        if !thresholds.all(|threshold| threshold.is_finite() && threshold >= 0.0) {
+            return refuse("thresholds must be finite and not negative");
+        }
         if !self.zones.are_zones() {
             return refuse(
                 "zones are divided by two cosines, that behind below that in front, and a width from 0 to 1",
             );
         }
         Ok(())
+    }
+
+    /// Whether what did not change may rest; else everything is computed in each frame.
+    pub(crate) fn lets_wait(&self) -> bool {
+        self.changes.threshold > 0.0 || self.changes.matrix_bytes.is_some()
+    }
+
+    /// The largest change that may wait at a level.
+    pub(super) fn threshold(&self, level: &LodLevel) -> f32 {
+        level.threshold.unwrap_or(self.changes.threshold)
     }
 
     /// The level of what is seen so, or one as many steps coarser, the last if there are no more.
@@ -147,6 +198,10 @@ mod tests {
         assert!(behind.check().is_err(), "behind the view the second level would begin before the first");
         for shift in [-1.0, f32::NAN] {
             assert!(LodSettings { support_shift: shift, ..LodSettings::default() }.check().is_err());
+        }
+        for threshold in [-0.1, f32::NAN] {
+            let changes = LodChanges { threshold, ..LodChanges::default() };
+            assert!(LodSettings { changes, ..LodSettings::default() }.check().is_err());
         }
         let zones = LodZones { front: -0.5, behind: 0.5, ..LodZones::default() };
         assert!(LodSettings { zones, ..LodSettings::default() }.check().is_err());

@@ -10,8 +10,10 @@
 //! two numbers of everything: how many are stored, by which they find their way, and how many this frame computes.
 //! What lies beyond keeps the value that it had.
 
+mod border_records;
 mod box_tree;
 mod bytes;
+mod change_tables;
 mod input;
 mod lod;
 mod plan;
@@ -21,22 +23,36 @@ mod presets;
 mod relight_table;
 mod sight;
 mod stage;
+mod waiting;
 mod zones;
 
+pub(crate) use border_records::{BORDER_SLOT, BorderRecord, border_records};
 pub use bytes::stage_bytes;
 #[cfg(feature = "gpu")]
 pub(crate) use bytes::{Held, stage_bytes_with};
+#[cfg(any(feature = "cpu", test))]
+pub(crate) use change_tables::ChangeTerm;
+pub(crate) use change_tables::{BLOCK, ChangeTables, Lists};
 pub use input::{Budget, FrameInput, View};
-pub use lod::{LodLevel, LodSettings};
+pub use lod::{LodChanges, LodLevel, LodSettings};
 pub(crate) use plan::ReceiverPlace;
 #[cfg(feature = "cpu")]
 pub(crate) use plan::leading;
+pub(crate) use plan::matrix_bytes;
 pub use plan::{ClusterExtent, FramePlan, ProbeExtent};
 pub use planner::Planner;
+pub(crate) use planner::Thresholds;
 pub(crate) use plans::FramePlans;
 pub use presets::LodPreset;
 pub(crate) use relight_table::RelightTable;
 #[cfg(feature = "gpu")]
 pub(crate) use relight_table::first_weight;
 pub use stage::{PerStage, Stage, StageTimings};
+#[cfg(any(feature = "cpu", test))]
+pub(crate) use waiting::PROBES_SHARE;
+#[cfg(feature = "cpu")]
+pub(crate) use waiting::{Admission, urgency};
+#[cfg(test)]
+pub(crate) use waiting::{NEXT_TO_NOTHING, URGENCY_STEP_BITS};
+pub(crate) use waiting::{URGENCIES, Waiting};
 pub use zones::LodZones;

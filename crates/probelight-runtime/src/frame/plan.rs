@@ -132,6 +132,16 @@ impl FramePlan {
         &self.probes
     }
 
+    /// The extents of the clusters, for those who choose what of a plan is computed.
+    pub(crate) fn clusters_mut(&mut self) -> &mut [ClusterExtent] {
+        &mut self.clusters
+    }
+
+    /// Those of the probes.
+    pub(crate) fn probes_mut(&mut self) -> &mut [ProbeExtent] {
+        &mut self.probes
+    }
+
     /// Number of receivers that are computed.
     pub fn receivers(&self) -> u64 {
         self.clusters.iter().map(|extent| u64::from(extent.receivers)).sum()
@@ -139,9 +149,7 @@ impl FramePlan {
 
     /// Bytes of the transport matrices that are read: U and ΣVᵀ.
     pub fn matrix_bytes(&self, baked: &BakedScene) -> u64 {
-        let bytes = |(cluster, extent): (&Cluster, &ClusterExtent)| {
-            receiver_basis_bytes(cluster, *extent) + signal_basis_bytes(cluster, *extent)
-        };
+        let bytes = |(cluster, extent): (&Cluster, &ClusterExtent)| matrix_bytes(cluster, *extent);
         baked.clusters.iter().zip(&self.clusters).map(bytes).sum()
     }
 }
@@ -156,11 +164,6 @@ pub(crate) struct ReceiverPlace {
 }
 
 impl ReceiverPlace {
-    /// The places of some receivers (indices in ascending order).
-    pub(crate) fn of(clusters: &[Cluster], receivers: &[u32]) -> Vec<Self> {
-        receivers.iter().map(|receiver| Self::at(clusters, *receiver)).collect()
-    }
-
     /// The place of a receiver.
     pub(crate) fn at(clusters: &[Cluster], receiver: u32) -> Self {
         let behind = clusters.partition_point(|cluster| cluster.first_receiver <= receiver);
@@ -179,6 +182,11 @@ impl ReceiverPlace {
 /// The probes of a cluster.
 pub(super) fn probes_of<'a>(baked: &'a BakedScene, cluster: &Cluster) -> &'a [u32] {
     &baked.cluster_probes[cluster.first_probe as usize..][..cluster.probe_count as usize]
+}
+
+/// Bytes of U and ΣVᵀ that a cluster's extent reads.
+pub(crate) fn matrix_bytes(cluster: &Cluster, extent: ClusterExtent) -> u64 {
+    receiver_basis_bytes(cluster, extent) + signal_basis_bytes(cluster, extent)
 }
 
 /// Bytes of U that a cluster's extent reads.

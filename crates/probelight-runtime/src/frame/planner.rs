@@ -14,6 +14,13 @@ use super::sight::Sight;
 /// Levels of the lightmap that receivers are sorted by.
 const LIGHTMAP_LEVELS: usize = 4;
 
+/// The largest changes that may wait, as shares of the light of each cluster and each probe.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Thresholds {
+    pub(crate) clusters: Vec<f32>,
+    pub(crate) probes: Vec<f32>,
+}
+
 /// Makes plans for a baked scene.
 #[derive(Clone, Debug)]
 pub struct Planner {
@@ -25,6 +32,7 @@ pub struct Planner {
     is_active: Vec<bool>,
     /// Where the lightmap's clusters lie as seen in the present frame.
     sights: Vec<Sight>,
+    thresholds: Thresholds,
 }
 
 impl Planner {
@@ -41,7 +49,16 @@ impl Planner {
             reached: BoxTree::new(reached_bounds(baked)),
             is_active: vec![false; baked.clusters.len()],
             sights: vec![Sight::NEAR; baked.lightmap_clusters()],
+            thresholds: Thresholds {
+                clusters: vec![0.0; baked.clusters.len()],
+                probes: vec![0.0; baked.probes.len()],
+            },
         }
+    }
+
+    /// What may wait in the last frame that was planned.
+    pub(crate) fn thresholds(&self) -> &Thresholds {
+        &self.thresholds
     }
 
     /// Fills `plan`, which is one for the same scene. Allocates nothing.
@@ -56,6 +73,7 @@ impl Planner {
         plan: &mut FramePlan,
     ) {
         self.look(baked, input);
+        self.fill_thresholds(baked, settings, input);
         for coarser in 0..settings.levels.len().max(1) {
             let cluster = |index: usize| match self.sights.get(index) {
                 Some(sight) => self.cluster_extent(baked, index, &settings.level(*sight, coarser)),
@@ -63,10 +81,7 @@ impl Planner {
                 None => ClusterExtent::default(),
             };
             let probe = |index: usize| {
-                let Probe { position, support_radius } = baked.probes[index];
-                let radius = settings.support_shift * support_radius;
-                let sight = input.view.map_or(Sight::NEAR, |view| Sight::of_ball(view, position, radius));
-                probe_extent(&settings.level(sight, coarser))
+                probe_extent(&settings.level(sight_of_probe(&baked.probes[index], settings, input), coarser))
             };
             plan.fill(baked, cluster, probe);
             let fits = match input.budget {
@@ -92,6 +107,17 @@ impl Planner {
         }
     }
 
+    fn fill_thresholds(&mut self, baked: &BakedScene, settings: &LodSettings, input: &FrameInput) {
+        let at = |sight: Sight| settings.threshold(&settings.level(sight, 0));
+        let Thresholds { clusters, probes } = &mut self.thresholds;
+        // Those of the grid have no level.
+        clusters.fill(settings.changes.threshold);
+        clusters.iter_mut().zip(&self.sights).for_each(|(threshold, sight)| *threshold = at(*sight));
+        for (threshold, probe) in probes.iter_mut().zip(&baked.probes) {
+            *threshold = at(sight_of_probe(probe, settings, input));
+        }
+    }
+
     fn cluster_extent(&self, baked: &BakedScene, index: usize, level: &LodLevel) -> ClusterExtent {
         let cluster = &baked.clusters[index];
         let degree = level.degree.unwrap_or(u32::MAX).min(baked.settings.sh_degree);
@@ -113,6 +139,12 @@ fn reached_bounds(baked: &BakedScene) -> impl Iterator<Item = Bounds> {
         let reach = if index < lightmap_clusters { Vec3::ZERO } else { 1.5 * baked.grid.spacing };
         Bounds { min: cluster.bounds.min - reach, max: cluster.bounds.max + reach }
     })
+}
+
+/// Where the receivers lie that draw on a probe.
+fn sight_of_probe(probe: &Probe, settings: &LodSettings, input: &FrameInput) -> Sight {
+    let radius = settings.support_shift * probe.support_radius;
+    input.view.map_or(Sight::NEAR, |view| Sight::of_ball(view, probe.position, radius))
 }
 
 fn probe_extent(level: &LodLevel) -> ProbeExtent {
@@ -303,6 +335,7 @@ mod tests {
                     degree: Some(degree),
                     rays: Some(rays),
                     lightmap_level,
+                    threshold: None,
                 })
                 .collect();
             levels.sort_by(|a, b| a.distance.total_cmp(&b.distance));

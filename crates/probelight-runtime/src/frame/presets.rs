@@ -1,6 +1,6 @@
 //! Settings that have names.
 
-use super::lod::{LodLevel, LodSettings};
+use super::lod::{LodChanges, LodLevel, LodSettings};
 
 /// The one list of the presets: what each is for, what it is called.
 macro_rules! presets {
@@ -22,9 +22,9 @@ macro_rules! presets {
 }
 
 presets! {
-    /// The least work that still looks right at first sight.
+    /// The least work that still looks right: far away and behind the view, light follows by steps of some per cent.
     Low = "low",
-    /// A fraction of the work; differences are seen when pictures are held side by side.
+    /// A fraction of the work; where somebody looks closely, no more than half a per cent of the light waits.
     Medium = "medium",
     /// Less work where nobody sees it.
     High = "high",
@@ -43,26 +43,41 @@ impl LodPreset {
     /// Its settings.
     pub fn settings(self) -> LodSettings {
         match self {
-            Self::Low => by_rank([0.0, 4.0, 10.0, 25.0], [Some(12), Some(8), Some(5), Some(3)]),
-            Self::Medium => by_rank([0.0, 8.0, 20.0, 50.0], [None, Some(12), Some(8), Some(5)]),
-            Self::High => by_rank([0.0, 20.0, 50.0, 100.0], [None, Some(16), Some(12), Some(8)]),
+            Self::Low => by_distance(
+                0.01,
+                [(0.0, None, 1.0), (4.0, Some(10), 2.0), (12.0, Some(6), 4.0), (30.0, Some(4), 8.0)],
+            ),
+            Self::Medium => by_distance(
+                0.005,
+                [(0.0, None, 1.0), (10.0, Some(16), 2.0), (25.0, Some(10), 4.0), (60.0, Some(6), 8.0)],
+            ),
+            Self::High => by_distance(
+                0.002,
+                [(0.0, None, 1.0), (20.0, None, 2.0), (50.0, Some(16), 4.0), (100.0, Some(10), 8.0)],
+            ),
             Self::Exact => LodSettings::default(),
             Self::Published => published(),
         }
     }
 }
 
-/// Levels that begin at such distances in front, half as far beside and a quarter as far behind, with ever fewer singular
-/// values: of all knobs the one that costs the least error for the bytes it saves.
-fn by_rank(distances: [f32; 4], ranks: [Option<u32>; 4]) -> LodSettings {
-    let level = |(distance, rank): (f32, Option<u32>)| LodLevel {
+/// Levels that begin at such distances in front, half as far beside and a quarter as far behind. Farther away there are
+/// fewer singular values, of all knobs the one that costs the least error for the bytes it saves, and larger changes
+/// may wait, by so many times the threshold.
+fn by_distance(threshold: f32, levels: [(f32, Option<u32>, f32); 4]) -> LodSettings {
+    let level = |(distance, rank, patience): (f32, Option<u32>, f32)| LodLevel {
         distance,
         beside: Some(distance / 2.0),
         behind: Some(distance / 4.0),
         rank,
+        threshold: Some(threshold * patience),
         ..LodLevel::default()
     };
-    LodSettings { levels: distances.into_iter().zip(ranks).map(level).collect(), ..LodSettings::default() }
+    LodSettings {
+        levels: levels.into_iter().map(level).collect(),
+        changes: LodChanges { threshold, ..LodChanges::default() },
+        ..LodSettings::default()
+    }
 }
 
 /// \[SED\] Table 1. The numbers of rays are those of section 5.1 continued; a level's receivers are those of section 5.3.
@@ -100,6 +115,7 @@ mod tests {
                 |level: &LodLevel| [level.rank, level.degree, level.rays].map(|n| n.unwrap_or(u32::MAX));
             counts(near).iter().zip(counts(far)).all(|(near, far)| *near >= far)
                 && near.lightmap_level <= far.lightmap_level
+                && near.threshold <= far.threshold
         };
         for preset in LodPreset::ALL {
             assert!(preset.settings().levels.is_sorted_by(no_more), "{preset:?}");
