@@ -14,6 +14,7 @@ mod console;
 mod error_map;
 mod input;
 mod interrupt;
+mod lod_flag;
 mod matrix_figures;
 mod movers;
 mod output;

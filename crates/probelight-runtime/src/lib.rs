@@ -80,8 +80,8 @@ pub mod synthetic;
 pub use convergence::Convergence;
 pub use error::RuntimeError;
 pub use frame::{
-    Budget, ClusterExtent, FrameInput, FramePlan, LodChanges, LodLevel, LodPreset, LodSettings, LodZones,
-    PerStage, Planner, ProbeExtent, Stage, StageTimings, View, stage_bytes,
+    Budget, ClusterExtent, FADE_STEPS, FrameInput, FramePlan, LodChanges, LodGovernor, LodLevel, LodPreset,
+    LodSettings, LodZones, PerStage, Planner, ProbeExtent, Stage, StageTimings, View, stage_bytes,
 };
 pub use grid_places::GridPlaces;
 pub use irradiance_grid::{GridLight, IrradianceGrid, Lamp};

@@ -52,7 +52,7 @@ fn smaller_frames_equal_the_slow_frame() {
     let many = Size { probes: 40, rays: 100, sh_degree: 7, clusters: 30, ..SMALL };
     compare(random_room(many), |baked| changing_plans(baked, 3));
     compare(random_room(many), |baked| {
-        let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70 };
+        let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70, ..ClusterExtent::ALL };
         let plan = FramePlan::new(baked, |_| extent, |_| ProbeExtent { rays: 50, degree: 3 });
         vec![FramePlan::full(baked), plan]
     });
@@ -73,7 +73,7 @@ proptest! {
 #[test]
 fn the_comparison_notices_other_extents() {
     let baked = checked(random_room(SMALL));
-    let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70 };
+    let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70, ..ClusterExtent::ALL };
     let probe = ProbeExtent { rays: 30, degree: 2 };
     let plan = |extent, probe| FramePlan::new(&baked, |_| extent, |_| probe);
     let mut runtime = Runtime::new(baked.clone());
@@ -90,6 +90,7 @@ fn the_comparison_notices_other_extents() {
     assert!(!is_right(extent, ProbeExtent { rays: 60, ..probe })[relight]);
     assert!(!is_right(extent, ProbeExtent { degree: 4, ..probe })[relight]);
     assert!(!is_right(ClusterExtent { rank: 6, ..extent }, probe)[project]);
+    assert!(!is_right(ClusterExtent { solid: 4, fade: 9, ..extent }, probe)[project]);
     assert!(!is_right(ClusterExtent { columns: 61, ..extent }, probe)[project]);
     assert!(!is_right(ClusterExtent { receivers: 71, ..extent }, probe)[gather]);
 }
@@ -98,7 +99,7 @@ fn the_comparison_notices_other_extents() {
 #[test]
 fn what_lies_beyond_an_extent_does_not_count() {
     let parts = random_room(Size { varied: false, ..SMALL });
-    let extent = ClusterExtent { rank: 8, columns: 40, receivers: 96 };
+    let extent = ClusterExtent { rank: 8, columns: 40, receivers: 96, ..ClusterExtent::ALL };
     let bits = |baked: &Arc<BakedScene>, extent| {
         let plan = FramePlan::new(baked, |_| extent, |_| ProbeExtent { rays: 30, degree: 1 });
         let mut runtime = Runtime::new(Arc::clone(baked));

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::plan::FADE_STEPS;
 use super::sight::Sight;
 use super::zones::LodZones;
 use crate::RuntimeError;
@@ -18,6 +19,9 @@ pub struct LodSettings {
     /// A probe counts as nearer by this many support radii, so that near receivers that draw on a far probe get its detail:
     /// 1 as published, 0 for the probe's own distance.
     pub support_shift: f32,
+    /// Share of a level's distance over which, before it begins, the singular values fade out that it does not have. Without
+    /// it they would pop.
+    pub fade: f32,
     /// Which changes of light are computed, and when.
     pub changes: LodChanges,
 }
@@ -72,6 +76,7 @@ impl Default for LodSettings {
             levels: vec![LodLevel::default()],
             zones: LodZones::default(),
             support_shift: 1.0,
+            fade: 0.25,
             changes: LodChanges::default(),
         }
     }
@@ -120,6 +125,9 @@ impl LodSettings {
         if !(self.support_shift.is_finite() && self.support_shift >= 0.0) {
             return refuse("the shift by support radii must be finite and not negative");
         }
+        if !(0.0..=1.0).contains(&self.fade) {
+            return refuse("fading takes a share of a level's distance, 0 to 1");
+        }
         let mut thresholds = self.levels.iter().map(|level| self.threshold(level));
         if !thresholds.all(|threshold| threshold.is_finite() && threshold >= 0.0) {
             return refuse("thresholds must be finite and not negative");
@@ -140,6 +148,28 @@ impl LodSettings {
     /// The largest change that may wait at a level.
     pub(super) fn threshold(&self, level: &LodLevel) -> f32 {
         level.threshold.unwrap_or(self.changes.threshold)
+    }
+
+    /// The same levels at so many times the distance.
+    #[must_use]
+    pub fn with_distances_scaled(mut self, scale: f32) -> Self {
+        for level in &mut self.levels {
+            let scaled = |distance: f32| distance * scale;
+            (level.distance, level.beside) = (scaled(level.distance), level.beside.map(scaled));
+            level.behind = level.behind.map(scaled);
+        }
+        self
+    }
+
+    /// How much those singular values count of what is seen so that the next level does not have, in parts of
+    /// [`FADE_STEPS`], and how many that level has.
+    pub(super) fn fade(&self, sight: Sight) -> (u32, u32) {
+        let weights = self.zones.weights(sight.cosine);
+        let next = self.levels.iter().skip(1).find(|level| level.begins(weights) > sight.distance);
+        let Some(next) = next else { return (FADE_STEPS, u32::MAX) };
+        let begins = next.begins(weights);
+        let left = (begins - sight.distance) / (self.fade * begins).max(f32::MIN_POSITIVE);
+        ((left.min(1.0) * FADE_STEPS as f32).ceil() as u32, next.rank.unwrap_or(u32::MAX))
     }
 
     /// The level of what is seen so, or one as many steps coarser, the last if there are no more.
@@ -170,6 +200,21 @@ mod tests {
         let found = |distance, coarser| settings.level(ahead(distance), coarser).distance;
         assert_eq!([0.0, 5.0, 19.9, 20.0, 1e9].map(|d| found(d, 0)), [5.0, 5.0, 5.0, 20.0, 50.0]);
         assert_eq!([0, 1, 2, 3].map(|coarser| found(6.0, coarser)), [5.0, 20.0, 50.0, 50.0]);
+    }
+
+    #[test]
+    fn what_the_next_level_lacks_fades_out_before_it_begins() {
+        let far = LodLevel { distance: 40.0, rank: Some(7), ..LodLevel::default() };
+        let settings = LodSettings { levels: vec![LodLevel::default(), far], ..LodSettings::default() };
+        let fade = |distance| settings.fade(ahead(distance));
+        assert_eq!(
+            [0.0, 30.0, 35.0, 39.9, 40.0].map(fade),
+            [(16, 7), (16, 7), (8, 7), (1, 7), (16, u32::MAX)]
+        );
+        let sharp = LodSettings { fade: 0.0, ..settings.clone() };
+        assert_eq!(sharp.fade(ahead(39.9)), (16, 7));
+        assert!(LodSettings { fade: 1.5, ..settings.clone() }.check().is_err());
+        assert_eq!(settings.with_distances_scaled(0.5).fade(ahead(17.5)), (8, 7));
     }
 
     #[test]

@@ -14,6 +14,7 @@ mod border_records;
 mod box_tree;
 mod bytes;
 mod change_tables;
+mod governor;
 mod input;
 mod lod;
 mod plan;
@@ -33,13 +34,14 @@ pub(crate) use bytes::{Held, stage_bytes_with};
 #[cfg(any(feature = "cpu", test))]
 pub(crate) use change_tables::ChangeTerm;
 pub(crate) use change_tables::{BLOCK, ChangeTables, Lists};
+pub use governor::LodGovernor;
 pub use input::{Budget, FrameInput, View};
 pub use lod::{LodChanges, LodLevel, LodSettings};
 pub(crate) use plan::ReceiverPlace;
 #[cfg(feature = "cpu")]
 pub(crate) use plan::leading;
 pub(crate) use plan::matrix_bytes;
-pub use plan::{ClusterExtent, FramePlan, ProbeExtent};
+pub use plan::{ClusterExtent, FADE_STEPS, FramePlan, ProbeExtent};
 pub use planner::Planner;
 pub(crate) use planner::Thresholds;
 pub(crate) use plans::FramePlans;

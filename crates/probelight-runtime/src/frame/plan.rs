@@ -17,7 +17,14 @@ pub struct ClusterExtent {
     pub columns: u32,
     /// Leading receivers; with none, nothing of the cluster is computed.
     pub receivers: u32,
+    /// Leading singular values that count in full; those behind them are on their way out.
+    pub solid: u32,
+    /// How much these still count, in parts of [`FADE_STEPS`].
+    pub fade: u32,
 }
+
+/// Parts of a singular value that fades out.
+pub const FADE_STEPS: u32 = 16;
 
 /// What a frame computes of a probe.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,18 +37,31 @@ pub struct ProbeExtent {
 
 impl ClusterExtent {
     /// Everything that a cluster has.
-    pub const ALL: Self = Self { rank: u32::MAX, columns: u32::MAX, receivers: u32::MAX };
+    pub const ALL: Self =
+        Self { rank: u32::MAX, columns: u32::MAX, receivers: u32::MAX, solid: u32::MAX, fade: FADE_STEPS };
 
     /// What of it the cluster has.
     fn within(self, baked: &BakedScene, cluster: &Cluster) -> Self {
         if self.receivers.min(cluster.receiver_count) == 0 {
             return Self::default();
         }
+        let rank = self.rank.min(cluster.rank());
+        // One way only to say that all count in full.
+        let is_solid = self.fade >= FADE_STEPS || self.solid >= rank;
+        let (solid, fade) = if is_solid { (rank, FADE_STEPS) } else { (self.solid, self.fade) };
         Self {
-            rank: self.rank.min(cluster.rank()),
+            rank,
+            solid,
+            fade,
             columns: self.columns.min(baked.column_count(cluster) as u32),
             receivers: self.receivers.min(cluster.receiver_count),
         }
+    }
+
+    /// How much the singular value number `row` counts.
+    #[cfg(feature = "cpu")]
+    pub(crate) fn weight(self, row: usize) -> f32 {
+        if row < self.solid as usize { 1.0 } else { self.fade as f32 / FADE_STEPS as f32 }
     }
 
     /// Highest band of the cluster's probes that the columns read; `None` if they read nothing of probes.
@@ -259,7 +279,7 @@ mod tests {
             let baked = room();
             let cluster = |index: usize| {
                 let (rank, columns, receivers) = wanted[index % wanted.len()];
-                ClusterExtent { rank, columns, receivers }
+                ClusterExtent { rank, columns, receivers, ..ClusterExtent::ALL }
             };
             let probe = |index: usize| ProbeExtent { rays: probes[index].0, degree: probes[index].1 };
             let plan = FramePlan::new(&baked, cluster, probe);

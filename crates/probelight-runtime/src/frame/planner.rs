@@ -8,7 +8,7 @@ use probelight_scene::Bounds;
 use super::box_tree::BoxTree;
 use super::input::{Budget, FrameInput};
 use super::lod::{LodLevel, LodSettings};
-use super::plan::{ClusterExtent, FramePlan, ProbeExtent};
+use super::plan::{ClusterExtent, FADE_STEPS, FramePlan, ProbeExtent};
 use super::sight::Sight;
 
 /// Levels of the lightmap that receivers are sorted by.
@@ -76,7 +76,11 @@ impl Planner {
         self.fill_thresholds(baked, settings, input);
         for coarser in 0..settings.levels.len().max(1) {
             let cluster = |index: usize| match self.sights.get(index) {
-                Some(sight) => self.cluster_extent(baked, index, &settings.level(*sight, coarser)),
+                Some(sight) => {
+                    // What a budget takes away does not fade.
+                    let fade = if coarser == 0 { settings.fade(*sight) } else { (FADE_STEPS, u32::MAX) };
+                    self.cluster_extent(baked, index, &settings.level(*sight, coarser), fade)
+                }
                 None if input.whole_grid || self.is_active[index] => ClusterExtent::ALL,
                 None => ClusterExtent::default(),
             };
@@ -118,7 +122,14 @@ impl Planner {
         }
     }
 
-    fn cluster_extent(&self, baked: &BakedScene, index: usize, level: &LodLevel) -> ClusterExtent {
+    /// The extent of a cluster at a level, and how much it has of the singular values that the next level has not.
+    fn cluster_extent(
+        &self,
+        baked: &BakedScene,
+        index: usize,
+        level: &LodLevel,
+        (fade, solid): (u32, u32),
+    ) -> ClusterExtent {
         let cluster = &baked.clusters[index];
         let degree = level.degree.unwrap_or(u32::MAX).min(baked.settings.sh_degree);
         let of_probes = cluster.probe_count * coefficient_count(degree as usize) as u32;
@@ -127,6 +138,8 @@ impl Planner {
             rank: level.rank.unwrap_or(u32::MAX),
             columns: cluster.signal_count + of_probes,
             receivers: self.receivers[index][lightmap_level],
+            solid,
+            fade,
         }
     }
 }
@@ -286,6 +299,32 @@ mod tests {
 
     fn looking(position: Vec3, direction: Vec3) -> FrameInput<'static> {
         FrameInput { view: Some(View { position, direction }), ..FrameInput::default() }
+    }
+
+    #[test]
+    fn singular_values_come_and_go_by_and_by() {
+        let baked = row();
+        let settings = settings();
+        // What a cluster has of each of its singular values, in all.
+        let kept = |x: f32| {
+            let plan = plan(&baked, &settings, &looking(Vec3::new(-x, 0.5, 0.5), Vec3::ZERO));
+            let extent = plan.clusters()[0];
+            assert!(extent.solid <= extent.rank && extent.fade <= FADE_STEPS);
+            f64::from(extent.solid)
+                + f64::from((extent.rank - extent.solid) * extent.fade) / f64::from(FADE_STEPS)
+        };
+        let walk: Vec<f64> = (0..4000).map(|step| kept(step as f32 * 0.01)).collect();
+        assert_eq!((walk[0], walk[3999]), (24.0, 4.0));
+        let steps = walk.windows(2).map(|pair| pair[0] - pair[1]);
+        assert!(
+            steps.clone().all(|step| (0.0..=16.0 / 16.0).contains(&step)),
+            "{:?}",
+            steps.fold(0.0, f64::max)
+        );
+        // Negative control: without a band they pop.
+        let sharp = LodSettings { fade: 0.0, ..settings.clone() };
+        let rank = |x: f32| plan(&baked, &sharp, &looking(Vec3::new(-x, 0.5, 0.5), Vec3::ZERO)).clusters()[0];
+        assert_eq!([rank(14.9), rank(15.1)].map(|extent| [extent.rank, extent.solid]), [[24, 24], [8, 8]]);
     }
 
     #[test]

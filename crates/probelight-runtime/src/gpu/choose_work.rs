@@ -48,12 +48,8 @@ pub(super) struct WorkRules {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct ClusterWish {
-    /// Leading singular values.
-    pub(super) rank: u32,
-    /// Leading columns.
-    pub(super) columns: u32,
-    /// Leading receivers.
-    pub(super) receivers: u32,
+    /// What is to be computed.
+    pub(super) wanted: ClusterExtent,
     /// Words of matrices that this takes.
     pub(super) words: u32,
     /// The largest change that may wait, as a share of the light.
@@ -308,9 +304,7 @@ fn rules(baked: &BakedScene, tables: &ChangeTables) -> WorkRules {
 fn cluster_wishes(baked: &BakedScene, plan: &FramePlan, thresholds: &Thresholds) -> Vec<ClusterWish> {
     let wanted = plan.clusters().iter().zip(&baked.clusters).zip(&thresholds.clusters);
     let wish = |((extent, cluster), threshold): ((&ClusterExtent, _), &f32)| ClusterWish {
-        rank: extent.rank,
-        columns: extent.columns,
-        receivers: extent.receivers,
+        wanted: *extent,
         words: (matrix_bytes(cluster, *extent) / 4) as u32,
         threshold: *threshold,
     };

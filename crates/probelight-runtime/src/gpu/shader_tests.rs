@@ -33,7 +33,7 @@ use crate::frame::{
 use crate::grid_places::{BORROWED, GridPlace};
 use crate::irradiance_grid::LAMP_PASSES;
 use crate::object_spheres::FADE_FROM;
-use crate::{ClusterExtent, ObjectSphere};
+use crate::{ClusterExtent, FADE_STEPS, ObjectSphere};
 
 /// All shaders of the crate, by the name of their function.
 fn sources() -> Vec<(&'static str, String)> {
@@ -118,7 +118,7 @@ fn records() -> Vec<(&'static str, Layout)> {
         record!(Levels as "Levels" { first_group, level_count }),
         record!(SignalShape as "SignalShape" { scalar_signals, coefficients, rays, probes }),
         record!(ProbeRecord as "ProbeRecord" { rays, coefficients, first_weight }),
-        record!(ClusterExtent as "ClusterExtent" { rank, columns, receivers }),
+        record!(ClusterExtent as "ClusterExtent" { rank, columns, receivers, solid, fade }),
         record!(Ranks as "Ranks" { f16, snorm8, snorm4 }),
         record!(ClusterRecord as "ClusterRecord" {
             number, first_receiver, first_texel, receiver_count, first_column, column_count, receiver_ranks,
@@ -134,7 +134,7 @@ fn records() -> Vec<(&'static str, Layout)> {
         record!(WorkRules as "WorkRules" {
             longest_wait, most_words, surfels, first_emitter, scalar_signals, blocks, bands, coefficients,
         }),
-        record!(ClusterWish as "ClusterWish" { rank, columns, receivers, words, threshold }),
+        record!(ClusterWish as "ClusterWish" { wanted, words, threshold }),
         record!(ProbeWish as "ProbeWish" { wanted, threshold }),
         record!(ProbeState as "ProbeState" { held, waiting }),
         record!(Waiting as "Waiting" { change, light, frames, urgency }),
@@ -182,6 +182,7 @@ fn partners() -> Partners {
             ("Y00", f64::from(Y00)),
             ("MOST_BANDS", f64::from(MAX_SH_DEGREE + 1)),
             ("BLOCK", f64::from(GATHER_BLOCK)),
+            ("FADE_STEPS", f64::from(FADE_STEPS)),
             ("PROBES", super::relight_probes::PROBES as f64),
             ("PANEL", super::relight_probes::PANEL as f64),
             ("MAX_LIGHTS", MAX_SHADOW_VIEWS as f64),

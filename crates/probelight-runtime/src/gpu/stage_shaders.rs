@@ -22,6 +22,7 @@ const CHANGE_SOURCES: &str = include_str!("../shaders/change_sources.wgsl");
 const CLUSTER: &str = include_str!("../shaders/cluster.wgsl");
 const CLUSTER_RECORD: &str = include_str!("../shaders/cluster_record.wgsl");
 const CLUSTER_EXTENT: &str = include_str!("../shaders/cluster_extent.wgsl");
+const CLUSTER_WISH: &str = include_str!("../shaders/cluster_wish.wgsl");
 const DISPATCH: &str = include_str!("../shaders/dispatch.wgsl");
 const FRAME_FLAGS: &str = include_str!("../shaders/frame_flags.wgsl");
 const GROUPS: &str = include_str!("../shaders/group_surfels.wgsl");
@@ -114,11 +115,17 @@ pub(super) const MEASURE_BANDS: Shader = Shader {
 };
 pub(super) const CHOOSE_CLUSTERS: Shader = Shader {
     entry_point: "choose_clusters",
-    parts: &[DISPATCH, WAITING, CLUSTER_EXTENT, include_str!("../shaders/choose_clusters.wgsl")],
+    parts: &[
+        DISPATCH,
+        WAITING,
+        CLUSTER_EXTENT,
+        CLUSTER_WISH,
+        include_str!("../shaders/choose_clusters.wgsl"),
+    ],
 };
 pub(super) const ADMIT_CLUSTERS: Shader = Shader {
     entry_point: "admit_clusters",
-    parts: &[DISPATCH, WAITING, CLUSTER_EXTENT, include_str!("../shaders/admit_clusters.wgsl")],
+    parts: &[DISPATCH, WAITING, CLUSTER_EXTENT, CLUSTER_WISH, include_str!("../shaders/admit_clusters.wgsl")],
 };
 pub(super) const TOUCH_CLUSTERS: Shader = Shader {
     entry_point: "touch_clusters",

@@ -49,14 +49,13 @@ fn admit_clusters(@builtin(global_invocation_id) id: vec3u) {
     let is_lucky = scatter(cluster, waiting.frames) % admission.words_there < admission.words_left;
     let runs = waiting.urgency != NONE
         && (waiting.urgency > admission.cutoff || (waiting.urgency == admission.cutoff && is_lucky));
-    let wanted = ClusterExtent(wish.rank, wish.columns, wish.receivers);
     if runs {
-        extents[cluster] = wanted;
+        extents[cluster] = wish.wanted;
     } else {
         extents[cluster] = ClusterExtent();
     }
-    if runs || wish.receivers == 0u {
-        held[cluster] = wanted;
+    if runs || wish.wanted.receivers == 0u {
+        held[cluster] = wish.wanted;
         states[cluster].change = 0.0;
         states[cluster].frames = 0u;
     }

@@ -24,10 +24,11 @@ fn choose_clusters(@builtin(global_invocation_id) id: vec3u) {
     }
     waiting.frames += 1u;
     let last = held[cluster];
-    let is_new =
-        last.rank != wish.rank || last.columns != wish.columns || last.receivers != wish.receivers;
+    let wanted = wish.wanted;
+    let is_new = last.rank != wanted.rank || last.columns != wanted.columns || last.receivers != wanted.receivers
+        || last.solid != wanted.solid || last.fade != wanted.fade;
     waiting.urgency = NONE;
-    if wish.receivers > 0u {
+    if wanted.receivers > 0u {
         waiting.urgency = urgency(waiting, is_new, wish.threshold, rules.longest_wait);
     }
     states[cluster] = waiting;

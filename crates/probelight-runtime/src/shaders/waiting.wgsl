@@ -45,17 +45,6 @@ struct WorkRules {
     coefficients: u32,
 }
 
-/// What is wanted of a cluster.
-struct ClusterWish {
-    rank: u32,
-    columns: u32,
-    receivers: u32,
-    /// Words of matrices that this takes.
-    words: u32,
-    /// The largest change that may wait, as a share of the light.
-    threshold: f32,
-}
-
 fn urgency(waiting: Waiting, is_new: bool, threshold: f32, longest_wait: u32) -> u32 {
     let allowed = threshold * waiting.light;
     let is_overdue = waiting.frames >= longest_wait && waiting.change > NEXT_TO_NOTHING * allowed;

@@ -58,7 +58,8 @@ pub(crate) fn slow_frame(
         let columns = columns(baked, cluster, *extent, &frame);
         for row in 0..extent.rank as usize {
             let place = cluster.row_scale_offset as usize + row;
-            frame.cluster_coefficients[place] = cluster_coefficient(baked, cluster, &columns, row);
+            let weight = if row < extent.solid as usize { 1.0 } else { f64::from(extent.fade) / 16.0 };
+            frame.cluster_coefficients[place] = weight * cluster_coefficient(baked, cluster, &columns, row);
         }
         for receiver in 0..extent.receivers as usize {
             frame.gathered[cluster.first_receiver as usize + receiver] =
@@ -81,6 +82,7 @@ pub(crate) fn irradiance_of_cluster(baked: &BakedScene, cluster: &Cluster, frame
         rank: cluster.rank(),
         columns: baked.column_count(cluster) as u32,
         receivers: cluster.receiver_count,
+        ..ClusterExtent::ALL
     };
     let mut coefficients = frame.cluster_coefficients.clone();
     let columns = columns(baked, cluster, extent, frame);
