@@ -73,6 +73,8 @@ mod objects;
 #[cfg(feature = "cpu")]
 mod runtime;
 mod scene_state;
+#[cfg(feature = "cpu")]
+mod shadow_turns;
 mod sky_signals;
 mod surface_colors;
 pub mod synthetic;

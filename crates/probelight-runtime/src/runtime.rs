@@ -15,6 +15,7 @@ use crate::cpu::{
 use crate::frame::{FramePlans, ReceiverPlace};
 use crate::irradiance_grid::WeightedVertex;
 use crate::scene_state::SceneState;
+use crate::shadow_turns::ShadowTurns;
 use crate::{
     Convergence, FrameInput, FramePlan, GridPlaces, IrradianceGrid, IrradianceLightmap, LodSettings,
     ObjectInfluence, Objects, RuntimeError, Stage, StageTimings, SurfaceColors,
@@ -30,6 +31,7 @@ pub struct Runtime {
     state: SceneState,
     /// The objects of the last frame.
     traced_objects: Vec<TracedObject>,
+    shadow_turns: ShadowTurns,
     grid_places: GridPlaces,
     plans: FramePlans,
     /// What of the plan is computed, where levels of detail let something wait.
@@ -50,6 +52,7 @@ impl Runtime {
             tracer: Tracer::new(Arc::clone(&baked.scene)),
             state: SceneState::new(&baked),
             traced_objects: Vec::new(),
+            shadow_turns: ShadowTurns::default(),
             grid_places: GridPlaces::new(&baked),
             plans: FramePlans::new(&baked),
             work: None,
@@ -133,8 +136,10 @@ impl Runtime {
     /// # Errors
     /// See [`LodSettings::check`].
     pub fn set_lod(&mut self, lod: LodSettings) -> Result<(), RuntimeError> {
-        let lets_wait = lod.lets_wait();
+        let (lets_wait, coarsest) = (lod.lets_wait(), lod.coarsest_lightmap());
         self.plans.set_lod(lod)?;
+        self.receivers.prepare_fills(&self.baked, coarsest);
+        self.shadow_turns.all_at_once();
         if !lets_wait {
             self.work = None;
         } else if self.work.is_none() {
@@ -215,14 +220,16 @@ impl Runtime {
         if moved {
             trace_objects(&mut self.traced_objects, objects.as_slice());
         }
-        if stale.direct {
-            signals.trace_direct(baked, &self.tracer, &lighting.lights);
+        let turns = self.plans.lod().shadow_turns;
+        let (turn, work) = self.shadow_turns.next(turns, stale.direct, moved);
+        if work.lights {
+            signals.trace_direct(baked, &self.tracer, &lighting.lights, turn);
         }
-        if stale.direct || moved {
+        if work.lights || work.objects {
             let world = World { tracer: &self.tracer, objects: &self.traced_objects };
-            signals.cast_object_shadows(baked, world, &lighting.lights);
+            signals.cast_object_shadows(baked, world, &lighting.lights, turn);
         }
-        let shine_differently = stale.direct || stale.shading || moved;
+        let shine_differently = work.lights || work.objects || stale.shading;
         if shine_differently {
             signals.shade(baked, lighting, colors);
         }
@@ -268,6 +275,7 @@ impl Runtime {
 
     /// Makes the next frame compute all that it is to keep up to date.
     fn forget_work(&mut self) {
+        self.shadow_turns.all_at_once();
         if let Some(work) = &mut self.work {
             work.forget();
         }

@@ -170,6 +170,33 @@ fn a_budget_spreads_work_over_frames() {
     assert!(stale < 0.0021, "{stale}");
 }
 
+/// Where shadow rays have their turns, the light of the last frame of a walk arrives a few frames later, and then is the
+/// same.
+#[test]
+fn shadow_rays_take_turns() {
+    let baked = room();
+    let mut in_turns = runtime(&baked, LodSettings { shadow_turns: 4, ..LodSettings::default() });
+    let mut at_once = Runtime::new(Arc::clone(&baked));
+    let mut differ = |in_turns: &mut Runtime, power| {
+        for runtime in [&mut *in_turns, &mut at_once] {
+            runtime.set_lighting(lamp(power)).unwrap();
+            runtime.step(&FrameInput::default());
+        }
+        in_turns.signals().values() != at_once.signals().values()
+    };
+    assert!(!differ(&mut in_turns, 5.0), "the first frame leaves nothing to others");
+    assert!((6..10).all(|power| differ(&mut in_turns, power as f32)), "nothing waits for its turn");
+    (0..3).for_each(|_| {
+        differ(&mut in_turns, 9.0);
+    });
+    // Direct light is the same now; bounced light has yet to follow.
+    in_turns.converge(1e-7, 200);
+    at_once.converge(1e-7, 200);
+    let difference = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element();
+    let signals = in_turns.signals().values().iter().zip(at_once.signals().values());
+    assert!(signals.map(difference).fold(0.0, f32::max) < 1e-5);
+}
+
 #[test]
 fn settings_may_change_between_any_two_frames() {
     let baked = room();

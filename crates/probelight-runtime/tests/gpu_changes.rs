@@ -8,7 +8,7 @@ mod support;
 use probelight_asset::BakedParts;
 use probelight_math::glam::{DVec3, Vec3};
 use probelight_runtime::gpu::{GpuOptions, GpuRuntime, ShadowMapOptions};
-use probelight_runtime::{FrameInput, LodChanges, LodSettings, Runtime};
+use probelight_runtime::{FrameInput, LodChanges, LodLevel, LodSettings, Runtime, View};
 use probelight_scene::Lighting;
 use support::{SMALL_PAPER, Size, all_lights, checked, random_room};
 
@@ -117,6 +117,44 @@ fn a_budget_chooses_the_same_clusters() {
         assert!(on_cpu < 20, "{on_cpu}: the budget is a quarter of all");
         assert!(twins.difference() < TOLERANCE);
     }
+}
+
+/// Levels of all kinds at once, seen by a camera that moves.
+#[test]
+fn levels_are_those_of_the_cpu() {
+    let mut parts = room();
+    let width = parts.lightmap.width;
+    for cluster in &parts.clusters {
+        let first = cluster.first_receiver as usize;
+        let texels = &mut parts.receiver_texels[first..first + cluster.receiver_count as usize];
+        texels.sort_by_key(|texel| std::cmp::Reverse(((texel % width) | (texel / width)).trailing_zeros()));
+    }
+    let Some(mut twins) = Twins::new(parts, LodChanges::default()) else { return };
+    let level = |(n, distance): (u32, f32)| LodLevel {
+        distance,
+        behind: Some(distance / 2.0),
+        rank: Some(24 - 5 * n),
+        degree: Some(7 - n),
+        rays: Some(128 >> n),
+        lightmap_level: n,
+        ..LodLevel::default()
+    };
+    let levels = (0..).zip([0.0, 2.0, 3.5, 5.0]).map(level).collect();
+    let lod = LodSettings { levels, ..LodSettings::default() };
+    twins.on_cpu.set_lod(lod.clone()).unwrap();
+    twins.on_gpu.set_lod(lod).unwrap();
+    let mut filled = 0;
+    for x in 0..4u8 {
+        let view = View { position: Vec3::new(f32::from(x), 0.5, 1.0), direction: Vec3::X };
+        let input = FrameInput { view: Some(view), ..FrameInput::default() };
+        twins.on_cpu.step(&input);
+        twins.on_gpu.step(&input);
+        assert!(twins.difference() < TOLERANCE, "{}", twins.difference());
+        let clusters = twins.on_cpu.plan().clusters();
+        filled += clusters.iter().filter(|extent| extent.fill > 0 && extent.solid < extent.rank).count();
+        assert_eq!(twins.on_gpu.read_work().unwrap(), clusters);
+    }
+    assert!(filled > 0, "no cluster fades and is filled");
 }
 
 #[test]

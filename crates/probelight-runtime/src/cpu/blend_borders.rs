@@ -79,6 +79,9 @@ impl BlendBorders {
         };
         let runs = |cluster: u32| clusters[cluster as usize].receivers > 0;
         blended.par_iter_mut().zip(&*receivers).zip(&*unblended).for_each(|((value, border), own)| {
+            if !is_touched(border.place.cluster) {
+                return;
+            }
             let records = &records[border.records.clone()];
             if runs(border.place.cluster) || records.iter().any(|record| runs(record.across)) {
                 *value = blend(*own, records, light);

@@ -83,22 +83,31 @@ impl ScalarSignals {
         &self.values
     }
 
-    /// Traces shadow rays against what stands still. Needed when a light changed, before
+    /// Traces shadow rays against what stands still, for the samples whose turn it is. Needed when a light changed, before
     /// [`cast_object_shadows`](Self::cast_object_shadows).
-    pub fn trace_direct(&mut self, baked: &BakedScene, tracer: &Tracer, lights: &[Light]) {
-        for_each_sample(&mut self.unshadowed, baked, tracer, |direct, position, normal| {
+    pub fn trace_direct(&mut self, baked: &BakedScene, tracer: &Tracer, lights: &[Light], turn: SampleTurn) {
+        for_each_sample(&mut self.unshadowed, baked, tracer, turn, |direct, position, normal| {
             *direct = direct_irradiance(tracer, lights, position, normal);
         });
     }
 
-    /// Traces shadow rays against objects: direct irradiance of all samples. Needed when a light changed or an object moved.
-    pub fn cast_object_shadows(&mut self, baked: &BakedScene, world: World<'_>, lights: &[Light]) {
-        self.direct.copy_from_slice(&self.unshadowed);
+    /// Traces shadow rays against objects: direct irradiance of the samples whose turn it is. Needed when a light changed or
+    /// an object moved.
+    pub fn cast_object_shadows(
+        &mut self,
+        baked: &BakedScene,
+        world: World<'_>,
+        lights: &[Light],
+        turn: SampleTurn,
+    ) {
+        for index in turn.samples(self.direct.len()) {
+            self.direct[index] = self.unshadowed[index];
+        }
         if world.objects.is_empty() {
             return;
         }
         let offset = world.tracer.offset();
-        for_each_sample(&mut self.direct, baked, world.tracer, |direct, position, normal| {
+        for_each_sample(&mut self.direct, baked, world.tracer, turn, |direct, position, normal| {
             let is_hidden = |light: &Light| {
                 let arriving = light.illuminate(position).filter(|it| it.to_light.dot(normal) > 0.0);
                 arriving.is_some_and(|arriving| {
@@ -232,18 +241,41 @@ impl Feedback {
     }
 }
 
-/// Changes a value of each light sample by its position and the normal on its side.
+/// Which light samples have their turn in a frame: every n-th, so that each surfel has some.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SampleTurn {
+    /// Number of the turn, below `turns`.
+    pub turn: usize,
+    /// Turns until all samples have had theirs, at least one.
+    pub turns: usize,
+}
+
+impl SampleTurn {
+    /// All samples.
+    pub const ALL: Self = Self { turn: 0, turns: 1 };
+
+    /// Numbers of the samples.
+    fn samples(self, count: usize) -> impl Iterator<Item = usize> {
+        (self.turn..count).step_by(self.turns)
+    }
+}
+
+/// Changes a value of each light sample whose turn it is by its position and the normal on its side.
 fn for_each_sample(
     values: &mut [Vec3],
     baked: &BakedScene,
     tracer: &Tracer,
+    turn: SampleTurn,
     change: impl Fn(&mut Vec3, Vec3, Vec3) + Sync,
 ) {
-    values.par_chunks_mut(SAMPLES_PER_TASK).zip(baked.light_samples.par_chunks(SAMPLES_PER_TASK)).for_each(
+    // Tasks begin with a turn of their own.
+    let per_task = SAMPLES_PER_TASK.next_multiple_of(turn.turns);
+    values.par_chunks_mut(per_task).zip(baked.light_samples.par_chunks(per_task)).for_each(
         |(values, samples)| {
-            for (value, sample) in values.iter_mut().zip(samples) {
+            for index in turn.samples(samples.len()) {
+                let sample = &samples[index];
                 let normal = tracer.side_normal(sample.triangle, sample.is_back_face());
-                change(value, sample.position, normal);
+                change(&mut values[index], sample.position, normal);
             }
         },
     );

@@ -19,7 +19,7 @@ mod unpack;
 pub(crate) use choose_work::ChooseWork;
 pub use dilate_lightmap::Dilation;
 pub use gather_receivers::ReceiverIrradiance;
-pub use light_surfels::ScalarSignals;
+pub use light_surfels::{SampleTurn, ScalarSignals};
 pub use project_clusters::ClusterCoefficients;
 pub use relight_probes::ProbeRadiance;
 

@@ -51,6 +51,7 @@ impl<T> Lists<T> {
     }
 
     /// The list of number `index`.
+    #[cfg(any(feature = "cpu", test))]
     pub(crate) fn of(&self, index: usize) -> &[T] {
         &self.items[self.starts[index] as usize..self.starts[index + 1] as usize]
     }

@@ -22,6 +22,9 @@ pub struct LodSettings {
     /// Share of a level's distance over which, before it begins, the singular values fade out that it does not have. Without
     /// it they would pop.
     pub fade: f32,
+    /// Frames in which the light samples of surfels have their turns when a light or an object moves; with 1, all have theirs
+    /// at once. Shadow rays are most of a frame on the CPU then. GPUs look into shadow maps instead, all at once.
+    pub shadow_turns: u32,
     /// Which changes of light are computed, and when.
     pub changes: LodChanges,
 }
@@ -63,8 +66,8 @@ pub struct LodLevel {
     /// Relight rays of a probe; all without it. There are prefixes of all, half, a quarter and an eighth of the rays: the
     /// shortest with as many counts.
     pub rays: Option<u32>,
-    /// Level n of the lightmap: only receivers at every 2ⁿ-th texel of every 2ⁿ-th row are computed, the others keep their
-    /// light. Up to 3.
+    /// Level n of the lightmap: only receivers at every 2ⁿ-th texel of every 2ⁿ-th row are computed, the others get their
+    /// light from these. Up to 3.
     pub lightmap_level: u32,
     /// The largest change that may wait there; that of [`LodChanges`] without it.
     pub threshold: Option<f32>,
@@ -77,6 +80,7 @@ impl Default for LodSettings {
             zones: LodZones::default(),
             support_shift: 1.0,
             fade: 0.25,
+            shadow_turns: 1,
             changes: LodChanges::default(),
         }
     }
@@ -125,6 +129,9 @@ impl LodSettings {
         if !(self.support_shift.is_finite() && self.support_shift >= 0.0) {
             return refuse("the shift by support radii must be finite and not negative");
         }
+        if self.shadow_turns == 0 {
+            return refuse("light samples have their turns in at least one frame");
+        }
         if !(0.0..=1.0).contains(&self.fade) {
             return refuse("fading takes a share of a level's distance, 0 to 1");
         }
@@ -143,6 +150,11 @@ impl LodSettings {
     /// Whether what did not change may rest; else everything is computed in each frame.
     pub(crate) fn lets_wait(&self) -> bool {
         self.changes.threshold > 0.0 || self.changes.matrix_bytes.is_some()
+    }
+
+    /// The coarsest level of the lightmap that any level has.
+    pub(crate) fn coarsest_lightmap(&self) -> u32 {
+        self.levels.iter().map(|level| level.lightmap_level).max().unwrap_or(0)
     }
 
     /// The largest change that may wait at a level.

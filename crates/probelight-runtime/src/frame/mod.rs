@@ -14,6 +14,7 @@ mod border_records;
 mod box_tree;
 mod bytes;
 mod change_tables;
+mod fill_tables;
 mod governor;
 mod input;
 mod lod;
@@ -27,13 +28,18 @@ mod stage;
 mod waiting;
 mod zones;
 
-pub(crate) use border_records::{BORDER_SLOT, BorderRecord, border_records};
+#[cfg(any(feature = "cpu", test))]
+pub(crate) use border_records::BORDER_SLOT;
+pub(crate) use border_records::{BorderRecord, border_records};
 pub use bytes::stage_bytes;
 #[cfg(feature = "gpu")]
 pub(crate) use bytes::{Held, stage_bytes_with};
 #[cfg(any(feature = "cpu", test))]
 pub(crate) use change_tables::ChangeTerm;
 pub(crate) use change_tables::{BLOCK, ChangeTables, Lists};
+#[cfg(any(feature = "cpu", test))]
+pub(crate) use fill_tables::FillRecord;
+pub(crate) use fill_tables::FillTables;
 pub use governor::LodGovernor;
 pub use input::{Budget, FrameInput, View};
 pub use lod::{LodChanges, LodLevel, LodSettings};

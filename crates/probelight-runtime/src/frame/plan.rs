@@ -21,6 +21,9 @@ pub struct ClusterExtent {
     pub solid: u32,
     /// How much these still count, in parts of [`FADE_STEPS`].
     pub fade: u32,
+    /// The level of the lightmap whose texels the leading receivers are, from which the others get their light; with 0
+    /// they keep what they have.
+    pub fill: u32,
 }
 
 /// Parts of a singular value that fades out.
@@ -37,8 +40,14 @@ pub struct ProbeExtent {
 
 impl ClusterExtent {
     /// Everything that a cluster has.
-    pub const ALL: Self =
-        Self { rank: u32::MAX, columns: u32::MAX, receivers: u32::MAX, solid: u32::MAX, fade: FADE_STEPS };
+    pub const ALL: Self = Self {
+        rank: u32::MAX,
+        columns: u32::MAX,
+        receivers: u32::MAX,
+        solid: u32::MAX,
+        fade: FADE_STEPS,
+        fill: 0,
+    };
 
     /// What of it the cluster has.
     fn within(self, baked: &BakedScene, cluster: &Cluster) -> Self {
@@ -53,6 +62,7 @@ impl ClusterExtent {
             rank,
             solid,
             fade,
+            fill: if self.receivers < cluster.receiver_count { self.fill } else { 0 },
             columns: self.columns.min(baked.column_count(cluster) as u32),
             receivers: self.receivers.min(cluster.receiver_count),
         }
@@ -153,11 +163,13 @@ impl FramePlan {
     }
 
     /// The extents of the clusters, for those who choose what of a plan is computed.
+    #[cfg(feature = "cpu")]
     pub(crate) fn clusters_mut(&mut self) -> &mut [ClusterExtent] {
         &mut self.clusters
     }
 
     /// Those of the probes.
+    #[cfg(feature = "cpu")]
     pub(crate) fn probes_mut(&mut self) -> &mut [ProbeExtent] {
         &mut self.probes
     }
@@ -195,7 +207,8 @@ impl ReceiverPlace {
     /// Whether a frame of such extents computes the receiver.
     #[cfg(feature = "cpu")]
     pub(crate) fn is_computed(self, clusters: &[ClusterExtent]) -> bool {
-        self.index < clusters[self.cluster as usize].receivers
+        let extent = clusters[self.cluster as usize];
+        self.index < extent.receivers || extent.fill > 0
     }
 }
 

@@ -12,7 +12,7 @@ use super::plan::{ClusterExtent, FADE_STEPS, FramePlan, ProbeExtent};
 use super::sight::Sight;
 
 /// Levels of the lightmap that receivers are sorted by.
-const LIGHTMAP_LEVELS: usize = 4;
+pub(super) const LIGHTMAP_LEVELS: usize = 4;
 
 /// The largest changes that may wait, as shares of the light of each cluster and each probe.
 #[derive(Clone, Debug, Default)]
@@ -38,14 +38,8 @@ pub struct Planner {
 impl Planner {
     /// Counts the receivers of each level of the lightmap.
     pub fn new(baked: &BakedScene) -> Self {
-        let width = baked.lightmap.width;
-        let level = |texel: u32| ((texel % width) | (texel / width)).trailing_zeros() as usize;
-        let receivers = |cluster: &Cluster| {
-            let texels = baked.texels(cluster);
-            std::array::from_fn(|n| texels.iter().take_while(|texel| level(**texel) >= n).count() as u32)
-        };
         Self {
-            receivers: baked.clusters.iter().map(receivers).collect(),
+            receivers: baked.clusters.iter().map(|cluster| leading_receivers(baked, cluster)).collect(),
             reached: BoxTree::new(reached_bounds(baked)),
             is_active: vec![false; baked.clusters.len()],
             sights: vec![Sight::NEAR; baked.lightmap_clusters()],
@@ -140,8 +134,25 @@ impl Planner {
             receivers: self.receivers[index][lightmap_level],
             solid,
             fade,
+            fill: lightmap_level as u32,
         }
     }
+}
+
+/// How many of a cluster's receivers each level of the lightmap has: those that lead. A level without any takes those of the
+/// next finer one.
+pub(super) fn leading_receivers(baked: &BakedScene, cluster: &Cluster) -> [u32; LIGHTMAP_LEVELS] {
+    let width = baked.lightmap.width;
+    let level = |texel: u32| ((texel % width) | (texel / width)).trailing_zeros() as usize;
+    let texels = baked.texels(cluster);
+    let mut counts =
+        std::array::from_fn(|n| texels.iter().take_while(|texel| level(**texel) >= n).count() as u32);
+    for n in 1..LIGHTMAP_LEVELS {
+        if counts[n] == 0 {
+            counts[n] = counts[n - 1];
+        }
+    }
+    counts
 }
 
 /// What boxes must touch to make each cluster active: its own box, or all cells that a cluster of the grid lights.

@@ -24,7 +24,7 @@ macro_rules! presets {
 presets! {
     /// The least work that still looks right: far away and behind the view, light follows by steps of some per cent.
     Low = "low",
-    /// A fraction of the work; where somebody looks closely, no more than half a per cent of the light waits.
+    /// A fraction of the work; where somebody looks closely, no more than a per cent of the light waits.
     Medium = "medium",
     /// Less work where nobody sees it.
     High = "high",
@@ -43,28 +43,34 @@ impl LodPreset {
     /// Its settings.
     pub fn settings(self) -> LodSettings {
         match self {
-            Self::Low => by_distance(
-                0.01,
-                [(0.0, None, 1.0), (4.0, Some(10), 2.0), (12.0, Some(6), 4.0), (30.0, Some(4), 8.0)],
-            ),
-            Self::Medium => by_distance(
-                0.005,
-                [(0.0, None, 1.0), (10.0, Some(16), 2.0), (25.0, Some(10), 4.0), (60.0, Some(6), 8.0)],
-            ),
-            Self::High => by_distance(
-                0.002,
-                [(0.0, None, 1.0), (20.0, None, 2.0), (50.0, Some(16), 4.0), (100.0, Some(10), 8.0)],
-            ),
+            Self::Low => {
+                let levels =
+                    [(0.0, Some(16), 1.0), (4.0, Some(12), 2.0), (12.0, Some(8), 4.0), (30.0, Some(6), 8.0)];
+                let mut settings = by_distance(0.02, 8, levels);
+                // The same number everywhere: another one is another quadrature, and would be seen as a jump.
+                settings.levels.iter_mut().for_each(|level| level.rays = Some(256));
+                settings
+            }
+            Self::Medium => {
+                let levels =
+                    [(0.0, None, 1.0), (10.0, Some(20), 2.0), (25.0, Some(16), 4.0), (60.0, Some(12), 8.0)];
+                by_distance(0.01, 4, levels)
+            }
+            Self::High => {
+                let levels =
+                    [(0.0, None, 1.0), (20.0, None, 2.0), (50.0, Some(20), 4.0), (100.0, Some(16), 8.0)];
+                by_distance(0.005, 2, levels)
+            }
             Self::Exact => LodSettings::default(),
             Self::Published => published(),
         }
     }
 }
 
-/// Levels that begin at such distances in front, half as far beside and a quarter as far behind. Farther away there are
-/// fewer singular values, of all knobs the one that costs the least error for the bytes it saves, and larger changes
-/// may wait, by so many times the threshold.
-fn by_distance(threshold: f32, levels: [(f32, Option<u32>, f32); 4]) -> LodSettings {
+/// Levels that begin at such distances in front, half as far beside and a quarter as far behind. Farther away larger
+/// changes may wait, by so many times the threshold, and there are fewer singular values: the two knobs that save the most for
+/// what they cost.
+fn by_distance(threshold: f32, shadow_turns: u32, levels: [(f32, Option<u32>, f32); 4]) -> LodSettings {
     let level = |(distance, rank, patience): (f32, Option<u32>, f32)| LodLevel {
         distance,
         beside: Some(distance / 2.0),
@@ -76,6 +82,7 @@ fn by_distance(threshold: f32, levels: [(f32, Option<u32>, f32); 4]) -> LodSetti
     LodSettings {
         levels: levels.into_iter().map(level).collect(),
         changes: LodChanges { threshold, ..LodChanges::default() },
+        shadow_turns,
         ..LodSettings::default()
     }
 }

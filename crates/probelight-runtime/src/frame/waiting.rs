@@ -6,19 +6,23 @@
 //! urgent goes first.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(any(feature = "cpu", test))]
 use probelight_asset::NONE;
 
 /// Levels of urgency; four for each doubling of the change.
 pub(crate) const URGENCIES: usize = 64;
 
 /// Steps of a doubling of the change, as a power of two.
+#[cfg(any(feature = "cpu", test))]
 pub(crate) const URGENCY_STEP_BITS: u32 = 2;
 
 /// Share of the largest change that may wait below which nothing is computed however long it waits. Without it, light
 /// that stands still would go on to be computed for changes of last digits.
+#[cfg(any(feature = "cpu", test))]
 pub(crate) const NEXT_TO_NOTHING: f32 = 1.0 / 64.0;
 
 /// What probes may leave waiting, as a share of what clusters may: what a probe misses reaches all clusters around it.
+#[cfg(any(feature = "cpu", test))]
 pub(crate) const PROBES_SHARE: f32 = 0.25;
 
 /// What waits of a cluster or a probe.
@@ -31,13 +35,14 @@ pub(crate) struct Waiting {
     pub(crate) light: f32,
     /// Frames since then.
     pub(crate) frames: u32,
-    /// How urgent it is in the present frame, or [`NONE`].
+    /// How urgent it is in the present frame, or no such index.
     pub(crate) urgency: u32,
 }
 
 /// How urgent something is: the higher the sooner; [`NONE`] for what may wait.
 ///
 /// `is_new` says that something else is wanted than what was last computed; a `threshold` of zero lets nothing wait.
+#[cfg(any(feature = "cpu", test))]
 pub(crate) fn urgency(waiting: &Waiting, is_new: bool, threshold: f32, longest_wait: u32) -> u32 {
     let most = URGENCIES as u32 - 1;
     let allowed = threshold * waiting.light;
@@ -55,6 +60,7 @@ pub(crate) fn urgency(waiting: &Waiting, is_new: bool, threshold: f32, longest_w
 }
 
 /// Which of what is urgent runs in a frame.
+#[cfg(any(feature = "cpu", test))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Admission {
     /// All of a higher urgency run.
@@ -65,6 +71,7 @@ pub(crate) struct Admission {
     pub(crate) words_there: u32,
 }
 
+#[cfg(any(feature = "cpu", test))]
 impl Admission {
     /// For a frame that has so many words of work of each urgency, and may do `most` of it.
     pub(crate) fn new(words: &[u32; URGENCIES], most: u32) -> Self {
@@ -88,6 +95,7 @@ impl Admission {
 }
 
 /// A number that looks random, from two.
+#[cfg(any(feature = "cpu", test))]
 fn scatter(index: u32, frames: u32) -> u32 {
     let mixed =
         (index.wrapping_mul(0x9e37_79b9) ^ frames.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35);

@@ -11,6 +11,7 @@ use super::choose_work::ChooseWork;
 use super::cluster_shards::{ClusterShard, cluster_shards};
 use super::device::{GpuError, checked, checked_async, new_encoder};
 use super::dilate_lightmap::DilateLightmap;
+use super::fill_receivers::FillReceivers;
 use super::frame_buffers::FrameBuffers;
 use super::gather_receivers::GatherReceivers;
 use super::grid_tables::GridTables;
@@ -73,6 +74,8 @@ pub(super) struct Stages {
     relight_probes: RelightProbes,
     project_clusters: ProjectClusters,
     gather_receivers: GatherReceivers,
+    /// Where levels of detail leave receivers out.
+    pub(super) fill_receivers: Option<FillReceivers>,
     pub(super) blend_borders: BlendBorders,
     dilate_lightmap: DilateLightmap,
     pub(super) reduce_lightmap: Option<ReduceLightmap>,
@@ -93,6 +96,7 @@ impl Stages {
             relight_probes: RelightProbes::new(storage, baked, buffers)?,
             project_clusters: ProjectClusters::new(device, shards, buffers),
             gather_receivers: GatherReceivers::new(device, shards, buffers),
+            fill_receivers: None,
             blend_borders: BlendBorders::new(storage, baked, buffers)?,
             dilate_lightmap: DilateLightmap::new(storage, baked, buffers)?,
             reduce_lightmap: reduces_lightmap.then(|| ReduceLightmap::new(device, buffers)),
@@ -319,6 +323,9 @@ impl GpuRuntime {
             }
             Stage::GatherReceivers => {
                 stages.gather_receivers.gather_receivers(pass);
+                if let Some(fills) = &stages.fill_receivers {
+                    fills.fill_receivers(pass);
+                }
                 stages.blend_borders.blend_borders(pass);
             }
             Stage::DilateLightmap => stages.dilate_lightmap.dilate_lightmap(pass),

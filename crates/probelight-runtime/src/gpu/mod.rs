@@ -46,6 +46,7 @@ mod converge;
 pub mod device;
 mod dilate_lightmap;
 mod exchange;
+mod fill_receivers;
 pub mod filled_buffer;
 pub mod frame_buffers;
 mod frame_extents;

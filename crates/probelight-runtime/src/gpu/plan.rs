@@ -1,6 +1,7 @@
 //! What frames on the GPU compute.
 
 use super::choose_work::ChooseWork;
+use super::fill_receivers::FillReceivers;
 use super::storage::Storage;
 use super::{GpuError, GpuRuntime};
 #[cfg(doc)]
@@ -19,13 +20,19 @@ impl GpuRuntime {
     /// # Errors
     /// See [`LodSettings::check`]; or if the device cannot hold what was found out.
     pub fn set_lod(&mut self, lod: LodSettings) -> Result<(), GpuError> {
-        let lets_wait = lod.lets_wait();
         lod.check()?;
+        let (lets_wait, coarsest) = (lod.lets_wait(), lod.coarsest_lightmap());
+        let storage = Storage::new(&self.device, &self.queue);
+        let filled = self.stages.fill_receivers.as_ref().map_or(0, FillReceivers::levels);
+        if filled < coarsest as usize {
+            let Self { baked, buffers, shards, .. } = self;
+            let fills = FillReceivers::new(&storage, baked, buffers, shards, coarsest)?;
+            self.stages.fill_receivers = Some(fills);
+        }
         if !lets_wait && self.work.take().is_some() {
             self.buffers.work.set_all(&self.queue);
             self.buffers.extents.upload_again(&self.queue, self.plans.plan());
         } else if lets_wait && self.work.is_none() {
-            let storage = Storage::new(&self.device, &self.queue);
             let work = ChooseWork::new(&storage, &self.baked, &self.buffers, &self.shards)?;
             self.work = Some(Box::new(work));
         }

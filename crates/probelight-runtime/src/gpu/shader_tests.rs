@@ -27,7 +27,7 @@ use super::stage_shaders::STAGE_SHADERS;
 use super::surfel_groups::{GroupRecord, Levels};
 use super::surfel_shards::{Bounce, SampleColors, SamplePlace};
 use crate::frame::{
-    BLOCK, BORDER_SLOT, BorderRecord, ChangeTerm, NEXT_TO_NOTHING, PROBES_SHARE, URGENCIES,
+    BLOCK, BORDER_SLOT, BorderRecord, ChangeTerm, FillRecord, NEXT_TO_NOTHING, PROBES_SHARE, URGENCIES,
     URGENCY_STEP_BITS, Waiting,
 };
 use crate::grid_places::{BORROWED, GridPlace};
@@ -118,7 +118,8 @@ fn records() -> Vec<(&'static str, Layout)> {
         record!(Levels as "Levels" { first_group, level_count }),
         record!(SignalShape as "SignalShape" { scalar_signals, coefficients, rays, probes }),
         record!(ProbeRecord as "ProbeRecord" { rays, coefficients, first_weight }),
-        record!(ClusterExtent as "ClusterExtent" { rank, columns, receivers, solid, fade }),
+        record!(ClusterExtent as "ClusterExtent" { rank, columns, receivers, solid, fade, fill }),
+        record!(FillRecord as "FillRecord" { sources, weights }),
         record!(Ranks as "Ranks" { f16, snorm8, snorm4 }),
         record!(ClusterRecord as "ClusterRecord" {
             number, first_receiver, first_texel, receiver_count, first_column, column_count, receiver_ranks,
@@ -284,6 +285,7 @@ fn workgroups_have_the_size_that_dispatches_count_with() {
             ],
         ),
         (BLOCK, &["measure_signals"]),
+        (GATHER_BLOCK as usize, &["fill_receivers"]),
     ] {
         for entry_point in entry_points {
             let (_, module) = modules().into_iter().find(|(name, _)| name == entry_point).unwrap();

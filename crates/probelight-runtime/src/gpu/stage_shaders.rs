@@ -25,6 +25,7 @@ const CLUSTER_EXTENT: &str = include_str!("../shaders/cluster_extent.wgsl");
 const CLUSTER_WISH: &str = include_str!("../shaders/cluster_wish.wgsl");
 const DISPATCH: &str = include_str!("../shaders/dispatch.wgsl");
 const FRAME_FLAGS: &str = include_str!("../shaders/frame_flags.wgsl");
+const GATHER_TASK: &str = include_str!("../shaders/gather_task.wgsl");
 const GROUPS: &str = include_str!("../shaders/group_surfels.wgsl");
 const LIGHTMAP_TEXEL: &str = include_str!("../shaders/lightmap_texel.wgsl");
 const PROBE_RECORD: &str = include_str!("../shaders/probe_record.wgsl");
@@ -76,7 +77,19 @@ pub(super) const GATHER_RECEIVERS: Shader = Shader {
         CLUSTER,
         UNPACK,
         LIGHTMAP_TEXEL,
+        GATHER_TASK,
         include_str!("../shaders/gather_receivers.wgsl"),
+    ],
+};
+pub(super) const FILL_RECEIVERS: Shader = Shader {
+    entry_point: "fill_receivers",
+    parts: &[
+        DISPATCH,
+        CLUSTER_EXTENT,
+        CLUSTER_RECORD,
+        LIGHTMAP_TEXEL,
+        GATHER_TASK,
+        include_str!("../shaders/fill_receivers.wgsl"),
     ],
 };
 pub(super) const KEEP_UNBLENDED: Shader = Shader { entry_point: "keep_unblended", parts: BORDERS };
@@ -150,6 +163,7 @@ pub const STAGE_SHADERS: &[Shader] = &[
     RELIGHT_PROBES,
     PROJECT_CLUSTERS,
     GATHER_RECEIVERS,
+    FILL_RECEIVERS,
     KEEP_UNBLENDED,
     BLEND_BORDERS,
     DILATE_LIGHTMAP,

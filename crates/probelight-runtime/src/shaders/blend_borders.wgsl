@@ -72,7 +72,8 @@ fn keep_unblended(
         return;
     }
     let place = border_receivers[slot];
-    if place.index < extents[place.cluster].receivers {
+    let extent = extents[place.cluster];
+    if place.index < extent.receivers || extent.fill > 0u {
         let at = 3u * place.receiver;
         unblended[3u * slot] = irradiance[at];
         unblended[3u * slot + 1u] = irradiance[at + 1u];

@@ -26,7 +26,7 @@ fn choose_clusters(@builtin(global_invocation_id) id: vec3u) {
     let last = held[cluster];
     let wanted = wish.wanted;
     let is_new = last.rank != wanted.rank || last.columns != wanted.columns || last.receivers != wanted.receivers
-        || last.solid != wanted.solid || last.fade != wanted.fade;
+        || last.solid != wanted.solid || last.fade != wanted.fade || last.fill != wanted.fill;
     waiting.urgency = NONE;
     if wanted.receivers > 0u {
         waiting.urgency = urgency(waiting, is_new, wish.threshold, rules.longest_wait);

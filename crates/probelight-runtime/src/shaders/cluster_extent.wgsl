@@ -12,6 +12,8 @@ struct ClusterExtent {
     solid: u32,
     /// How much these still count, in parts of FADE_STEPS.
     fade: u32,
+    /// Level of the lightmap from which the other receivers are filled, or 0.
+    fill: u32,
 }
 
 /// Parts of a singular value that fades out.

@@ -69,6 +69,7 @@ pub(crate) fn random_plan(baked: &BakedScene, rng: &mut Rng) -> FramePlan {
             receivers: below(cluster.receiver_count),
             solid: below(cluster.rank()),
             fade: below(FADE_STEPS),
+            fill: 0,
         })
         .collect();
     let rays = baked.relight_directions.len() as u32;
