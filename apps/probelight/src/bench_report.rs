@@ -37,6 +37,9 @@ struct SceneReport {
     active_share: f64,
     stages: Vec<StageReport>,
     frame: StageReport,
+    /// What the CPU takes to plan a frame with `--objects`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    planning_ms: Option<f64>,
     /// How many times fewer bytes per receiver a copy would move in the time of a frame than the published
     /// implementation's card could: the ratio of the times if both had the same memory.
     times_published_at_same_bandwidth: f64,
@@ -83,9 +86,14 @@ impl SceneFigures {
     }
 }
 
+/// The middle one of sorted times.
+fn median(times: &[Duration]) -> Duration {
+    times.get(times.len() / 2).copied().unwrap_or_default()
+}
+
 impl StageReport {
     fn new(stage: &MeasuredStage, copy_bandwidth: f64) -> Self {
-        let median = stage.times.get(stage.times.len() / 2).copied().unwrap_or_default();
+        let median = median(&stage.times);
         let shortest = stage.times.first().copied().unwrap_or_default();
         // A stage may be shorter than the clock's tick.
         let seconds = median.max(Duration::from_nanos(1)).as_secs_f64();
@@ -120,7 +128,13 @@ impl BenchReport {
         }
     }
 
-    pub(crate) fn add(&mut self, scene: SceneFigures, measured: &MeasuredFrames) {
+    /// Adds what was measured on a scene, and how long the CPU planned such frames, shortest first.
+    pub(crate) fn add(
+        &mut self,
+        scene: SceneFigures,
+        measured: &MeasuredFrames,
+        planning: Option<&[Duration]>,
+    ) {
         let copy_bandwidth = self.copy_gb_per_s * 1e9;
         let report = |stage: &MeasuredStage| StageReport::new(stage, copy_bandwidth);
         let frame = report(&measured.frame);
@@ -129,6 +143,7 @@ impl BenchReport {
             stages: measured.stages.iter().map(report).collect(),
             times_published_at_same_bandwidth: PUBLISHED_BYTES_PER_RECEIVER / copied_bytes,
             active_share: measured.active_share,
+            planning_ms: planning.map(|times| median(times).as_secs_f64() * 1e3),
             scene,
             frame,
         });
@@ -149,9 +164,8 @@ impl BenchReport {
         };
         writeln!(text, "{changes}")?;
         writeln!(text, "a copy reads and writes {:.1} GB/s", self.copy_gb_per_s)?;
-        for SceneReport { scene, active_share, stages, frame, times_published_at_same_bandwidth } in
-            &self.scenes
-        {
+        for report in &self.scenes {
+            let SceneReport { scene, active_share, stages, frame, .. } = report;
             writeln!(
                 text,
                 "\n{}: {} receivers, {:.1} bytes of matrices each; {} clusters, {} probes, {} surfels",
@@ -183,9 +197,13 @@ impl BenchReport {
                     stage.of_copy * 100.0
                 )?;
             }
+            if let Some(planning) = report.planning_ms {
+                writeln!(text, "planning a frame with objects{planning:>11.4} ms")?;
+            }
             writeln!(
                 text,
-                "{times_published_at_same_bandwidth:.1} times as fast per receiver as published, at the same bandwidth"
+                "{:.1} times as fast per receiver as published, at the same bandwidth",
+                report.times_published_at_same_bandwidth
             )?;
         }
         Ok(text)

@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand};
 
 #[cfg(feature = "window")]
 use crate::commands::view;
-use crate::commands::{bake, bench, completions, demo, eval, info, man, reference, render};
+use crate::commands::{bake, bench, completions, demo, eval, eval_lod, info, man, reference, render};
 use crate::console::Console;
 
 const TOUR: &str = "\
@@ -61,6 +61,8 @@ pub(crate) enum Command {
     Reference(reference::Flags),
     /// Measure a baked file's error against reference points
     Eval(eval::Flags),
+    /// Compare levels of detail with none: time, bytes, pictures
+    EvalLod(eval_lod::Flags),
     /// Measure how fast the stages of a frame are, and how near to what the memory allows
     Bench(bench::Flags),
     /// Print a completion script for a shell
@@ -87,6 +89,7 @@ impl Command {
             Self::View(flags) => view::run(&flags, console),
             Self::Reference(flags) => reference::run(flags, console),
             Self::Eval(flags) => eval::run(&flags, console),
+            Self::EvalLod(flags) => eval_lod::run(&flags, console),
             Self::Bench(flags) => bench::run(&flags, console),
             Self::Completions(flags) => completions::run(&flags),
             Self::Man(flags) => man::run(&flags, console),

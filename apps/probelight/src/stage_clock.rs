@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 
 use probelight_asset::BakedScene;
 use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, copy_bandwidth};
-use probelight_runtime::{FrameInput, FramePlan, PerStage, Runtime, Stage, StageTimings, stage_bytes};
+use probelight_runtime::{
+    FrameInput, FramePlan, LodSettings, PerStage, Runtime, Stage, StageTimings, View, stage_bytes,
+};
 use probelight_scene::{Bounds, Light, Lighting};
 use rayon::prelude::*;
 
@@ -69,6 +71,9 @@ pub(crate) struct LightShow {
     pub(crate) lighting: Lighting,
     /// Whether the analytic lights change with each frame; else nothing changes but the bounced light.
     pub(crate) lights_move: bool,
+    /// Levels of detail, and who looks.
+    pub(crate) lod: LodSettings,
+    pub(crate) view: View,
     /// Number of frames.
     pub(crate) frames: usize,
     /// The share of the grid's vertices around which something moves.
@@ -115,14 +120,15 @@ fn share_of_grid(baked: &BakedScene, plan: &FramePlan) -> f64 {
 
 fn measure_cpu(baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
     let active = active_boxes(&baked, show.active_share);
-    let input = FrameInput { active_boxes: &active, ..FrameInput::default() };
+    let input = FrameInput { view: Some(show.view), active_boxes: &active, ..FrameInput::default() };
     let mut runtime = Runtime::new(baked);
+    runtime.set_lod(show.lod.clone())?;
     let mut timings = Vec::with_capacity(WARM_UP + show.frames);
     for frame in 0..WARM_UP + show.frames {
         runtime.set_lighting(show.lighting(frame))?;
         timings.push(runtime.step(&input));
     }
-    let bytes = stage_bytes(runtime.baked(), runtime.plan(), show.lights_move);
+    let bytes = stage_bytes(runtime.baked(), runtime.work(), show.lights_move);
     let stages: Vec<Stage> = Stage::ALL.into_iter().filter(|stage| stage.is_on_cpu()).collect();
     let share = share_of_grid(runtime.baked(), runtime.plan());
     Ok(MeasuredFrames::new(&stages, &timings[WARM_UP..], &bytes, share))
@@ -131,9 +137,12 @@ fn measure_cpu(baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<Measu
 fn measure_gpu(gpu: &GpuDevice, baked: Arc<BakedScene>, show: &LightShow) -> anyhow::Result<MeasuredFrames> {
     let active = active_boxes(&baked, show.active_share);
     let mut runtime = GpuRuntime::new(&gpu.device, &gpu.queue, baked, GpuOptions::default())?;
-    runtime.plan_frame(&FrameInput { active_boxes: &active, ..FrameInput::default() });
-    let timings = runtime
-        .measure_frames(WARM_UP + show.frames, |runtime, frame| runtime.set_lighting(show.lighting(frame)))?;
+    runtime.set_lod(show.lod.clone())?;
+    let input = FrameInput { view: Some(show.view), active_boxes: &active, ..FrameInput::default() };
+    let timings = runtime.measure_frames(WARM_UP + show.frames, |runtime, frame| {
+        runtime.plan_frame(&input);
+        runtime.set_lighting(show.lighting(frame))
+    })?;
     gpu.check()?;
     let share = share_of_grid(runtime.baked(), runtime.plan());
     let bytes = runtime.stage_bytes(show.lights_move);

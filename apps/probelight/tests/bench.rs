@@ -86,6 +86,17 @@ fn figures_are_written_as_a_file_too() {
 }
 
 #[test]
+fn planning_is_measured_if_objects_move() {
+    let planning = |objects: &str| {
+        let figures = figures(&format!("--synthetic 20000 --frames 3 --backend cpu {objects}"));
+        figures["scenes"][0]["planning_ms"].as_f64()
+    };
+    let [few, many] = ["1", "100000"].map(|n| planning(&format!("--objects {n}")).unwrap());
+    assert!(0.0 < few && few < many, "{few} {many}");
+    assert_eq!(planning(""), None);
+}
+
+#[test]
 fn nothing_to_measure_is_an_error() {
     assert_eq!(bench("--backend cpu").status.code(), Some(2));
     assert_eq!(bench("--synthetic 10 --backend cpu").status.code(), Some(2));

@@ -73,6 +73,8 @@ mod objects;
 #[cfg(feature = "cpu")]
 mod runtime;
 mod scene_state;
+#[cfg(feature = "cpu")]
+mod shadow_turns;
 mod sky_signals;
 mod surface_colors;
 pub mod synthetic;
@@ -80,8 +82,8 @@ pub mod synthetic;
 pub use convergence::Convergence;
 pub use error::RuntimeError;
 pub use frame::{
-    Budget, ClusterExtent, FrameInput, FramePlan, LodLevel, LodSettings, PerStage, Planner, ProbeExtent,
-    Stage, StageTimings, View, stage_bytes,
+    Budget, ClusterExtent, FADE_STEPS, FrameInput, FramePlan, LodChanges, LodGovernor, LodLevel, LodPreset,
+    LodSettings, LodZones, PerStage, Planner, ProbeExtent, Stage, StageTimings, View, stage_bytes,
 };
 pub use grid_places::GridPlaces;
 pub use irradiance_grid::{GridLight, IrradianceGrid, Lamp};

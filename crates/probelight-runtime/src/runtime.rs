@@ -9,10 +9,13 @@ use probelight_scene::{Lighting, Object};
 use probelight_trace::{TracedObject, Tracer, World};
 
 use crate::convergence::relative_change;
-use crate::cpu::{ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, ScalarSignals};
+use crate::cpu::{
+    ChooseWork, ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, ScalarSignals,
+};
 use crate::frame::{FramePlans, ReceiverPlace};
 use crate::irradiance_grid::WeightedVertex;
 use crate::scene_state::SceneState;
+use crate::shadow_turns::ShadowTurns;
 use crate::{
     Convergence, FrameInput, FramePlan, GridPlaces, IrradianceGrid, IrradianceLightmap, LodSettings,
     ObjectInfluence, Objects, RuntimeError, Stage, StageTimings, SurfaceColors,
@@ -28,8 +31,11 @@ pub struct Runtime {
     state: SceneState,
     /// The objects of the last frame.
     traced_objects: Vec<TracedObject>,
+    shadow_turns: ShadowTurns,
     grid_places: GridPlaces,
     plans: FramePlans,
+    /// What of the plan is computed, where levels of detail let something wait.
+    work: Option<Box<ChooseWork>>,
     signals: ScalarSignals,
     probes: ProbeRadiance,
     coefficients: ClusterCoefficients,
@@ -46,8 +52,10 @@ impl Runtime {
             tracer: Tracer::new(Arc::clone(&baked.scene)),
             state: SceneState::new(&baked),
             traced_objects: Vec::new(),
+            shadow_turns: ShadowTurns::default(),
             grid_places: GridPlaces::new(&baked),
             plans: FramePlans::new(&baked),
+            work: None,
             signals: ScalarSignals::new(&baked),
             probes: ProbeRadiance::new(&baked),
             coefficients: ClusterCoefficients::new(&baked),
@@ -122,17 +130,32 @@ impl Runtime {
         self.plans.lod()
     }
 
-    /// Changes the levels of detail from the next frame on.
+    /// Changes the levels of detail from the next frame on. The first that let something wait take a fraction of a second
+    /// to find out what each signal can change.
     ///
     /// # Errors
     /// See [`LodSettings::check`].
     pub fn set_lod(&mut self, lod: LodSettings) -> Result<(), RuntimeError> {
-        self.plans.set_lod(lod)
+        let (lets_wait, coarsest) = (lod.lets_wait(), lod.coarsest_lightmap());
+        self.plans.set_lod(lod)?;
+        self.receivers.prepare_fills(&self.baked, coarsest);
+        self.shadow_turns.all_at_once();
+        if !lets_wait {
+            self.work = None;
+        } else if self.work.is_none() {
+            self.work = Some(Box::new(ChooseWork::new(&self.baked)));
+        }
+        Ok(())
     }
 
-    /// What the last frame computed.
+    /// What the last frame was to keep up to date.
     pub fn plan(&self) -> &FramePlan {
         self.plans.plan()
+    }
+
+    /// What the last frame computed: of the [plan](Self::plan) what did not wait, see [`LodChanges`](crate::LodChanges).
+    pub fn work(&self) -> &FramePlan {
+        self.work.as_ref().map_or(self.plans.plan(), |work| work.work())
     }
 
     /// Computes one frame, which adds one bounce to the lightmap.
@@ -142,13 +165,14 @@ impl Runtime {
         self.run_stages(start)
     }
 
-    /// Computes one frame by a plan of the caller's.
+    /// Computes one frame by a plan of the caller's. Nothing of it waits.
     ///
     /// # Errors
     /// [`RuntimeError::ForeignPlan`] if the plan is one for another scene.
     pub fn step_with(&mut self, plan: &FramePlan) -> Result<StageTimings, RuntimeError> {
         let start = Instant::now();
         self.plans.set_plan(&self.baked, plan)?;
+        self.forget_work();
         Ok(self.run_stages(start))
     }
 
@@ -164,52 +188,106 @@ impl Runtime {
     }
 
     fn run_stage(&mut self, stage: Stage) {
-        let (baked, plan) = (&*self.baked, self.plans.plan());
-        let (signals, lightmap) = (&mut self.signals, &mut self.lightmap);
         match stage {
-            Stage::LightSurfels => {
-                let stale = self.state.take_stale();
-                let moved = self.state.objects.take_stale();
-                let SceneState { lighting, colors, objects, .. } = &self.state;
-                if moved {
-                    trace_objects(&mut self.traced_objects, objects.as_slice());
-                }
-                if stale.direct {
-                    signals.trace_direct(baked, &self.tracer, &lighting.lights);
-                }
-                if stale.direct || moved {
-                    let world = World { tracer: &self.tracer, objects: &self.traced_objects };
-                    signals.cast_object_shadows(baked, world, &lighting.lights);
-                }
-                if stale.direct || stale.shading || moved {
-                    signals.shade(baked, lighting, colors);
-                }
-                if stale.sky {
-                    signals.project_sky(baked, &lighting.sky);
-                    self.probes.see_sky(baked, &lighting.sky);
-                }
-                signals.light_surfels(baked, lightmap);
-            }
-            Stage::RelightProbes => {
-                self.probes.relight_probes(baked, plan, &signals.values()[..baked.surfels.len()]);
-            }
-            Stage::ProjectClusters => {
-                self.coefficients.project_clusters(baked, plan, signals.values(), &self.probes);
-            }
+            Stage::LightSurfels => self.light_surfels(),
+            Stage::RelightProbes => self.relight_probes(),
+            Stage::ProjectClusters => self.project_clusters(),
             Stage::GatherReceivers => {
-                self.receivers.gather_receivers(baked, plan, self.coefficients.values(), lightmap);
+                let touched = self.work.as_ref().map(|work| work.touched());
+                self.receivers.gather_receivers(
+                    &self.baked,
+                    self.work.as_ref().map_or(self.plans.plan(), |work| work.work()),
+                    self.coefficients.values(),
+                    &mut self.lightmap,
+                    |cluster| touched.is_none_or(|touched| touched[cluster as usize]),
+                );
             }
-            Stage::DilateLightmap => self.dilation.dilate_lightmap(self.receivers.values(), lightmap),
+            Stage::DilateLightmap => {
+                let touched = self.work.as_ref().map(|work| work.touched());
+                let is_touched = |cluster: u32| touched.is_none_or(|touched| touched[cluster as usize]);
+                self.dilation.dilate_lightmap(self.receivers.values(), &mut self.lightmap, is_touched);
+            }
             // The CPU's renderer takes several samples per pixel instead.
             Stage::ReduceLightmap => {}
         }
     }
 
+    fn light_surfels(&mut self) {
+        let (baked, signals) = (&*self.baked, &mut self.signals);
+        let stale = self.state.take_stale();
+        let moved = self.state.objects.take_stale();
+        let SceneState { lighting, colors, objects, .. } = &self.state;
+        if moved {
+            trace_objects(&mut self.traced_objects, objects.as_slice());
+        }
+        let turns = self.plans.lod().shadow_turns;
+        let (turn, work) = self.shadow_turns.next(turns, stale.direct, moved);
+        if work.lights {
+            signals.trace_direct(baked, &self.tracer, &lighting.lights, turn);
+        }
+        if work.lights || work.objects {
+            let world = World { tracer: &self.tracer, objects: &self.traced_objects };
+            signals.cast_object_shadows(baked, world, &lighting.lights, turn);
+        }
+        let shine_differently = work.lights || work.objects || stale.shading;
+        if shine_differently {
+            signals.shade(baked, lighting, colors);
+        }
+        if stale.sky {
+            signals.project_sky(baked, &lighting.sky);
+            self.probes.see_sky(baked, &lighting.sky);
+        }
+        let Some(work) = &mut self.work else {
+            signals.light_surfels(baked, &self.lightmap);
+            return;
+        };
+        if stale.sky && baked.settings.sky_degree.is_none() {
+            work.forget_probes();
+        }
+        let (is_dirty, changes) = work.begin(shine_differently);
+        signals.light_dirty_surfels(baked, &self.lightmap, is_dirty, changes);
+        work.note_emitters_and_sky(baked, signals.values());
+    }
+
+    fn relight_probes(&mut self) {
+        let (plans, probes) = (&self.plans, &mut self.probes);
+        let (plan, waits) = match &mut self.work {
+            Some(work) => {
+                (work.choose_probes(plans.plan(), plans.thresholds(), &plans.lod().changes, probes), true)
+            }
+            None => (plans.plan(), false),
+        };
+        probes.relight_probes(&self.baked, plan, &self.signals.values()[..self.baked.surfels.len()], waits);
+    }
+
+    fn project_clusters(&mut self) {
+        let (baked, plans) = (&*self.baked, &self.plans);
+        let (coefficients, signals, probes) = (&mut self.coefficients, self.signals.values(), &self.probes);
+        let Some(work) = &mut self.work else {
+            coefficients.project_clusters(baked, plans.plan(), signals, probes);
+            return;
+        };
+        let (rules, bands) = (&plans.lod().changes, probes.band_changes());
+        let plan = work.choose_clusters(baked, plans.plan(), plans.thresholds(), rules, bands);
+        coefficients.project_clusters(baked, plan, signals, probes);
+        work.note_light(baked, coefficients.values());
+    }
+
+    /// Makes the next frame compute all that it is to keep up to date.
+    fn forget_work(&mut self) {
+        self.shadow_turns.all_at_once();
+        if let Some(work) = &mut self.work {
+            work.forget();
+        }
+    }
+
     /// Computes frames without a view until the relative change of the lightmap is at most `tolerance`, at most `max_steps`.
+    /// Nothing waits.
     pub fn converge(&mut self, tolerance: f64, max_steps: usize) -> Convergence {
         let mut previous = self.receivers.values().to_vec();
         let mut convergence = Convergence { steps: 0, change: f64::INFINITY };
         while convergence.steps < max_steps && convergence.change > tolerance {
+            self.forget_work();
             self.step(&FrameInput::default());
             convergence.steps += 1;
             convergence.change = relative_change(&previous, self.receivers.values());
@@ -222,6 +300,7 @@ impl Runtime {
     pub fn reset(&mut self) {
         self.receivers.clear();
         self.lightmap.texels.fill(Vec3::ZERO);
+        self.forget_work();
     }
 
     /// The lightmap of the last frame.
@@ -240,12 +319,11 @@ impl Runtime {
     /// [`irradiance_at`](Self::irradiance_at) says of static ones. `None` if the scene was baked without a grid, or if the
     /// last frame did not compute the grid there ([`FrameInput::active_boxes`], [`FrameInput::whole_grid`]).
     pub fn irradiance_in_air(&self, position: Vec3, normal: Vec3) -> Option<Vec3> {
+        let held = self.work.as_ref().map_or(self.plans.plan().clusters(), |work| work.held());
         let is_computed = |(vertex, weight): &WeightedVertex| {
             let mut rows = self.baked.vertex_receivers(*vertex).iter();
-            *weight == 0.0
-                || rows.all(|row| {
-                    ReceiverPlace::at(&self.baked.clusters, *row).is_computed(self.plans.plan().clusters())
-                })
+            let is_held = |row: &u32| ReceiverPlace::at(&self.baked.clusters, *row).is_computed(held);
+            *weight == 0.0 || rows.all(is_held)
         };
         let vertices = self.grid().vertices_lighting(position, normal);
         let is_known = self.baked.has_grid() && vertices.iter().all(is_computed);

@@ -159,7 +159,7 @@ pub fn synthetic_lighting() -> Lighting {
 }
 
 /// [`floor_and_shade`] with random surfels and random matrices. Clusters are square tiles of the lightmap, with
-/// dilated texels around their rows.
+/// dilated texels around their rows; their boxes are tiles of a square metre each.
 pub fn synthetic_room(size: SyntheticSize) -> BakedParts {
     let rng = &mut Rng::new(size.clusters as u64, 1);
     let mut baked = BakedParts {
@@ -307,8 +307,10 @@ fn push_random_cluster(baked: &mut BakedParts, rng: &mut Rng, size: SyntheticSiz
             _ => Ranks { f16: snorm4, snorm8: f16, snorm4: snorm8 },
         }
     });
+    let tiles_across = (size.clusters as f64).sqrt().ceil() as usize;
+    let corner = Vec3::new((index % tiles_across) as f32, 0.0, (index / tiles_across) as f32);
     let cluster = Cluster {
-        bounds: Bounds { min: Vec3::ZERO, max: Vec3::ONE },
+        bounds: Bounds { min: corner, max: corner + Vec3::ONE },
         air_space: 0,
         first_receiver: (index * size.receivers_per_cluster) as u32,
         receiver_count: size.receivers_per_cluster as u32,

@@ -6,7 +6,7 @@ mod support;
 use std::alloc::System;
 use std::sync::Barrier;
 
-use probelight_runtime::{FrameInput, Runtime};
+use probelight_runtime::{FrameInput, LodChanges, LodSettings, Runtime};
 use probelight_scene::Lighting;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use support::{SMALL, all_lights, checked, random_room};
@@ -44,18 +44,22 @@ fn frames_after_the_first_allocate_nothing() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     pool.install(|| {
         let mut runtime = Runtime::new(checked(random_room(SMALL)));
-        runtime.step(&FrameInput::default());
-        steal_once();
-        let mut lightings = [all_lights(), Lighting::default(), all_lights()].into_iter();
-        let in_frames = allocations(|| {
-            for frame in 0..30 {
-                if frame % 10 == 0 {
-                    runtime.set_lighting(lightings.next().unwrap()).unwrap();
+        for threshold in [0.0, 0.005] {
+            let changes = LodChanges { threshold, ..LodChanges::default() };
+            runtime.set_lod(LodSettings { changes, ..LodSettings::default() }).unwrap();
+            runtime.step(&FrameInput::default());
+            steal_once();
+            let mut lightings = [all_lights(), Lighting::default(), all_lights()].into_iter();
+            let in_frames = allocations(|| {
+                for frame in 0..30 {
+                    if frame % 10 == 0 {
+                        runtime.set_lighting(lightings.next().unwrap()).unwrap();
+                    }
+                    runtime.step(&FrameInput::default());
                 }
-                runtime.step(&FrameInput::default());
-            }
-        });
-        assert_eq!(in_frames, 0);
+            });
+            assert_eq!(in_frames, 0);
+        }
         let in_converge = allocations(|| assert_eq!(runtime.converge(0.0, 1).steps, 1));
         assert!(in_converge > 0, "the count counts nothing");
     });

@@ -237,7 +237,7 @@ fn another_plan_of_the_twin_is_noticed() {
     let Some(gpu) = gpu::gpu_or_skip() else { return };
     let parts = random_room(SMALL);
     let baked = checked(parts.clone());
-    let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70 };
+    let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70, ..ClusterExtent::ALL };
     let probe = ProbeExtent { rays: 30, degree: 2 };
     let plan = |extent, probe| FramePlan::new(&baked, |_| extent, |_| probe);
     let noticed = |other: &FramePlan| {
@@ -250,6 +250,7 @@ fn another_plan_of_the_twin_is_noticed() {
     assert!(noticed(&plan(extent, ProbeExtent { rays: 60, ..probe }))[relight]);
     assert!(noticed(&plan(extent, ProbeExtent { degree: 4, ..probe }))[relight]);
     assert!(noticed(&plan(ClusterExtent { rank: 6, ..extent }, probe))[project]);
+    assert!(noticed(&plan(ClusterExtent { solid: 4, fade: 9, ..extent }, probe))[project]);
     assert!(noticed(&plan(ClusterExtent { columns: 61, ..extent }, probe))[project]);
     assert!(noticed(&plan(ClusterExtent { receivers: 71, ..extent }, probe))[gather]);
 }

@@ -52,7 +52,7 @@ fn smaller_frames_equal_the_slow_frame() {
     let many = Size { probes: 40, rays: 100, sh_degree: 7, clusters: 30, ..SMALL };
     compare(random_room(many), |baked| changing_plans(baked, 3));
     compare(random_room(many), |baked| {
-        let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70 };
+        let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70, ..ClusterExtent::ALL };
         let plan = FramePlan::new(baked, |_| extent, |_| ProbeExtent { rays: 50, degree: 3 });
         vec![FramePlan::full(baked), plan]
     });
@@ -73,7 +73,7 @@ proptest! {
 #[test]
 fn the_comparison_notices_other_extents() {
     let baked = checked(random_room(SMALL));
-    let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70 };
+    let extent = ClusterExtent { rank: 5, columns: 60, receivers: 70, ..ClusterExtent::ALL };
     let probe = ProbeExtent { rays: 30, degree: 2 };
     let plan = |extent, probe| FramePlan::new(&baked, |_| extent, |_| probe);
     let mut runtime = Runtime::new(baked.clone());
@@ -90,6 +90,7 @@ fn the_comparison_notices_other_extents() {
     assert!(!is_right(extent, ProbeExtent { rays: 60, ..probe })[relight]);
     assert!(!is_right(extent, ProbeExtent { degree: 4, ..probe })[relight]);
     assert!(!is_right(ClusterExtent { rank: 6, ..extent }, probe)[project]);
+    assert!(!is_right(ClusterExtent { solid: 4, fade: 9, ..extent }, probe)[project]);
     assert!(!is_right(ClusterExtent { columns: 61, ..extent }, probe)[project]);
     assert!(!is_right(ClusterExtent { receivers: 71, ..extent }, probe)[gather]);
 }
@@ -98,7 +99,7 @@ fn the_comparison_notices_other_extents() {
 #[test]
 fn what_lies_beyond_an_extent_does_not_count() {
     let parts = random_room(Size { varied: false, ..SMALL });
-    let extent = ClusterExtent { rank: 8, columns: 40, receivers: 96 };
+    let extent = ClusterExtent { rank: 8, columns: 40, receivers: 96, ..ClusterExtent::ALL };
     let bits = |baked: &Arc<BakedScene>, extent| {
         let plan = FramePlan::new(baked, |_| extent, |_| ProbeExtent { rays: 30, degree: 1 });
         let mut runtime = Runtime::new(Arc::clone(baked));
@@ -132,9 +133,10 @@ fn levels_of_detail_become_plans() {
         cluster.bounds = Bounds { min: Vec3::X * f32::from(x), max: Vec3::X * f32::from(x) + Vec3::ONE };
     }
     let baked = checked(baked);
-    let far = LodLevel { distance: 4.0, rank: Some(3), degree: Some(1), rays: Some(20), lightmap_level: 0 };
-    let lod = LodSettings { levels: vec![LodLevel::default(), far] };
-    let input = FrameInput { view: Some(View { position: Vec3::ZERO }), ..FrameInput::default() };
+    let far =
+        LodLevel { distance: 4.0, rank: Some(3), degree: Some(1), rays: Some(20), ..LodLevel::default() };
+    let lod = LodSettings { levels: vec![LodLevel::default(), far], ..LodSettings::default() };
+    let input = FrameInput { view: Some(View::default()), ..FrameInput::default() };
 
     let mut by_levels = Runtime::new(baked.clone());
     by_levels.set_lod(lod.clone()).unwrap();
@@ -155,7 +157,7 @@ fn levels_of_detail_become_plans() {
 fn settings_survive_json_and_bad_ones_are_refused() {
     let baked = checked(random_room(SMALL));
     let far = LodLevel { distance: 4.0, rank: Some(3), ..LodLevel::default() };
-    let lod = LodSettings { levels: vec![LodLevel::default(), far] };
+    let lod = LodSettings { levels: vec![LodLevel::default(), far], ..LodSettings::default() };
     let text = serde_json::to_string(&lod).unwrap();
     assert_eq!(serde_json::from_str::<LodSettings>(&text).unwrap(), lod);
     assert!(serde_json::from_str::<LodSettings>(r#"{"levels": [{"ranks": 3}]}"#).is_err());
@@ -164,7 +166,7 @@ fn settings_survive_json_and_bad_ones_are_refused() {
     assert_eq!(sparse, lod);
 
     let mut runtime = Runtime::new(baked);
-    let none = LodSettings { levels: Vec::new() };
+    let none = LodSettings { levels: Vec::new(), ..LodSettings::default() };
     assert!(matches!(runtime.set_lod(none), Err(RuntimeError::InvalidLod { .. })));
     assert_eq!(*runtime.lod(), LodSettings::default());
 }

@@ -6,12 +6,15 @@ use std::sync::Arc;
 use anyhow::ensure;
 use clap::{Args, ValueEnum};
 use probelight_asset::BakedScene;
+use probelight_runtime::View;
 use probelight_runtime::synthetic::{SyntheticSize, synthetic_lighting, synthetic_room};
-use probelight_scene::Lighting;
+use probelight_scene::{Bounds, Lighting};
 
 use crate::backend::BackendFlags;
 use crate::bench_report::{BenchReport, SceneFigures};
 use crate::console::{self, Console};
+use crate::lod_flag::{LodChoice, parse_lod};
+use crate::planning_clock::planning_times;
 use crate::stage_clock::{LightShow, StageClock};
 use crate::{input, interrupt, output};
 
@@ -22,6 +25,8 @@ Examples:
   probelight bench --synthetic 512000 --method paper --adapter h100 --json
   probelight bench --synthetic 512000 --moving-lights        with direct light and shading
   probelight bench room.plight --active-grid 0 1 100         what objects in the grid cost
+  probelight bench room.plight --lod medium --camera hall    with levels of detail
+  probelight bench --synthetic 512000 --objects 1000         planning a frame with so many moving objects
   probelight bench --scaling --backend gpu -o bench.json     50,000 to 8 million receivers
 
 Each stage moves at least its inputs and its outputs once. `of copy` is the speed at which it
@@ -63,6 +68,15 @@ pub(crate) struct Flags {
     /// Shares of the grid in free space around which something moves, per cent: one measurement each
     #[arg(long, value_name = "PERCENT", num_args = 1.., default_values_t = [0.0], value_parser = percent)]
     active_grid: Vec<f64>,
+    /// Also measure how long the CPU plans a frame in which so many objects move (half a metre wide, anywhere)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    objects: Option<u32>,
+    /// Levels of detail: a preset (low, medium, high, exact, published) or a JSON file, @SCALE behind it for the distances
+    #[arg(long, value_name = "SETTINGS", value_parser = parse_lod)]
+    lod: Option<LodChoice>,
+    /// The camera that levels of detail are seen from [default: the middle of the scene, all around]
+    #[arg(long, value_name = "NAME", requires = "lod", requires = "file")]
+    camera: Option<String>,
     /// Frames to measure
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
@@ -101,17 +115,20 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let clock = StageClock::new(&backend)?;
     let mut report = BenchReport::new(&backend, &clock, flags.moving_lights);
     for scene in flags.scenes() {
-        let (baked, lighting, name) = scene.load()?;
+        let LoadedScene { baked, lighting, name, view } = scene.load(flags.camera.as_deref())?;
         console.note(format!("measuring {name}, {} receivers", baked.receiver_texels.len()));
         for percent in &flags.active_grid {
             let show = LightShow {
                 lighting: lighting.clone(),
+                lod: flags.lod.as_ref().map(|lod| lod.settings.clone()).unwrap_or_default(),
+                view,
                 lights_move: flags.moving_lights,
                 frames: flags.frames as usize,
                 active_share: percent / 100.0,
             };
             let measured = clock.measure(Arc::clone(&baked), &show)?;
-            report.add(SceneFigures::of(name.clone(), &baked), &measured);
+            let planning = flags.objects.map(|objects| planning_times(&baked, objects, flags.frames));
+            report.add(SceneFigures::of(name.clone(), &baked), &measured, planning.as_deref());
             interrupt::check()?;
         }
     }
@@ -126,6 +143,21 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
 enum BenchScene<'a> {
     File { file: &'a Path, setup: Option<&'a Path> },
     Synthetic { size: SyntheticSize, method: MethodFlag },
+}
+
+/// A scene that is measured, with its light and who looks at it.
+struct LoadedScene {
+    baked: Arc<BakedScene>,
+    lighting: Lighting,
+    name: String,
+    view: View,
+}
+
+/// A view from the middle of all clusters, all around.
+fn middle(baked: &BakedScene) -> View {
+    let corners = baked.clusters.iter().flat_map(|cluster| [cluster.bounds.min, cluster.bounds.max]);
+    let bounds = Bounds::of(corners);
+    View { position: bounds.min.midpoint(bounds.max), ..View::default() }
 }
 
 impl Flags {
@@ -144,17 +176,23 @@ impl Flags {
 }
 
 impl BenchScene<'_> {
-    fn load(&self) -> anyhow::Result<(Arc<BakedScene>, Lighting, String)> {
+    /// Reads or makes it; `camera` is who looks at levels of detail.
+    fn load(&self, camera: Option<&str>) -> anyhow::Result<LoadedScene> {
         match self {
             Self::File { file, setup } => {
-                let baked = BakedScene::read(file)?;
+                let baked = Arc::new(BakedScene::read(file)?);
                 let setup = input::load_setup(*setup, &baked.scene)?;
-                Ok((Arc::new(baked), setup.lighting, file.display().to_string()))
+                let view = match camera {
+                    Some(name) => View::from(setup.camera(Some(name))?),
+                    None => middle(&baked),
+                };
+                Ok(LoadedScene { baked, lighting: setup.lighting, name: file.display().to_string(), view })
             }
             Self::Synthetic { size, method } => {
                 let name = format!("synthetic {method:?}").to_lowercase();
-                let baked = BakedScene::new(synthetic_room(*size))?;
-                Ok((Arc::new(baked), synthetic_lighting(), name))
+                let baked = Arc::new(BakedScene::new(synthetic_room(*size))?);
+                let view = middle(&baked);
+                Ok(LoadedScene { baked, lighting: synthetic_lighting(), name, view })
             }
         }
     }

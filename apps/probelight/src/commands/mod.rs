@@ -5,6 +5,7 @@ pub(crate) mod bench;
 pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod eval;
+pub(crate) mod eval_lod;
 pub(crate) mod info;
 pub(crate) mod man;
 pub(crate) mod reference;

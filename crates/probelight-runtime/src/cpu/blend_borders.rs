@@ -9,63 +9,94 @@ use rayon::prelude::*;
 
 use super::scatter::Scatter;
 use crate::ClusterExtent;
-use crate::frame::ReceiverPlace;
+use crate::frame::{BORDER_SLOT, BorderRecord, ReceiverPlace, border_records};
 
-/// The blended irradiance of the receivers beside borders.
+/// The light of the receivers beside borders, as it was gathered and as it is blended.
 #[derive(Clone, Debug)]
 pub(super) struct BlendBorders {
-    records: Vec<BorderBlend>,
-    /// Which of them are those of each receiver beside a border.
-    ranges: Vec<Range<usize>>,
-    /// Where that receiver is.
-    places: Vec<ReceiverPlace>,
+    receivers: Vec<BorderReceiver>,
+    records: Vec<BorderRecord>,
+    /// Of each of these receivers, as gathered.
+    unblended: Vec<Vec3>,
     blended: Vec<Vec3>,
     copies: Scatter,
 }
 
+#[derive(Clone, Debug)]
+struct BorderReceiver {
+    receiver: u32,
+    place: ReceiverPlace,
+    records: Range<usize>,
+}
+
 impl BlendBorders {
-    /// Prepares for the borders' records, sorted by receiver.
-    pub(super) fn new(clusters: &[Cluster], records: Vec<BorderBlend>) -> Self {
-        let mut end = 0;
-        let range = |records: &[BorderBlend]| {
-            end += records.len();
-            end - records.len()..end
+    /// Prepares for the borders' blends, sorted by receiver.
+    pub(super) fn new(clusters: &[Cluster], blends: &[BorderBlend]) -> Self {
+        let mut records = Vec::new();
+        let receiver = |(receiver, its): (u32, Vec<BorderRecord>)| {
+            let first = records.len();
+            records.extend(its);
+            BorderReceiver {
+                receiver,
+                place: ReceiverPlace::at(clusters, receiver),
+                records: first..records.len(),
+            }
         };
-        let ranges: Vec<_> = BorderBlend::by_receiver(&records).map(range).collect();
-        let receivers: Vec<u32> =
-            BorderBlend::by_receiver(&records).map(|records| records[0].receiver).collect();
+        let receivers: Vec<_> = border_records(clusters, blends).into_iter().map(receiver).collect();
+        let places = receivers.iter().map(|border| border.receiver).zip(0..);
         Self {
-            places: ReceiverPlace::of(clusters, &receivers),
-            blended: vec![Vec3::ZERO; ranges.len()],
-            copies: Scatter::new(receivers.into_iter().zip(0..)),
-            ranges,
+            copies: Scatter::new(places, |slot| receivers[slot as usize].place.cluster),
+            unblended: vec![Vec3::ZERO; receivers.len()],
+            blended: vec![Vec3::ZERO; receivers.len()],
+            receivers,
             records,
         }
     }
 
-    /// Blends the irradiance, W/m², of the receivers that a frame of such extents computes; others were blended when they were computed.
-    pub(super) fn blend_borders(&mut self, clusters: &[ClusterExtent], irradiance: &mut [Vec3]) {
-        let (gathered, records) = (&*irradiance, &self.records);
-        let receivers = self.ranges.par_iter().zip(&self.places);
-        self.blended.par_iter_mut().zip(receivers).for_each(|(value, (range, place))| {
-            let records = &records[range.clone()];
-            *value = if place.is_computed(clusters) {
-                blend(gathered, records)
-            } else {
-                gathered[records[0].receiver as usize]
-            };
+    /// Forgets all light.
+    pub(super) fn clear(&mut self) {
+        self.unblended.fill(Vec3::ZERO);
+        self.blended.fill(Vec3::ZERO);
+    }
+
+    /// Blends the irradiance, W/m², of the receivers beside borders of the clusters that a frame of such extents computes;
+    /// those of all touched clusters (by number) are among these.
+    pub(super) fn blend_borders(
+        &mut self,
+        clusters: &[ClusterExtent],
+        irradiance: &mut [Vec3],
+        is_touched: &(impl Fn(u32) -> bool + Sync),
+    ) {
+        let Self { receivers, records, unblended, blended, copies } = self;
+        unblended.par_iter_mut().zip(&*receivers).for_each(|(light, border)| {
+            if border.place.is_computed(clusters) {
+                *light = irradiance[border.receiver as usize];
+            }
         });
-        self.copies.copy(&self.blended, irradiance);
+        let light = |source: u32| match source & BORDER_SLOT {
+            0 => irradiance[source as usize],
+            _ => unblended[(source ^ BORDER_SLOT) as usize],
+        };
+        let runs = |cluster: u32| clusters[cluster as usize].receivers > 0;
+        blended.par_iter_mut().zip(&*receivers).zip(&*unblended).for_each(|((value, border), own)| {
+            if !is_touched(border.place.cluster) {
+                return;
+            }
+            let records = &records[border.records.clone()];
+            if runs(border.place.cluster) || records.iter().any(|record| runs(record.across)) {
+                *value = blend(*own, records, light);
+            }
+        });
+        copies.copy(blended, irradiance, is_touched);
     }
 }
 
-/// The irradiance of the receiver of some records: the mean of what its own cluster says, counted twice, and what
+/// The irradiance of a receiver with some records: the mean of what its own cluster says, counted twice, and what
 /// its neighbours' clusters would say, continued to it. What is continued stays between the three values that it is
 /// made of and meets, so that nothing beside the edge of a shadow is brighter than all around.
-fn blend(gathered: &[Vec3], records: &[BorderBlend]) -> Vec3 {
-    let own = gathered[records[0].receiver as usize];
-    let continued = |record: &BorderBlend| {
-        let [neighbor, beyond] = [record.neighbor, record.beyond].map(|i| gathered[i as usize]);
+fn blend(own: Vec3, records: &[BorderRecord], light: impl Fn(u32) -> Vec3) -> Vec3 {
+    let continued = |record: &BorderRecord| {
+        let [neighbor, beyond] = [record.neighbor, record.beyond].map(&light);
         let steepest = STEEPEST_SLOPE * neighbor.abs();
         let continued = neighbor + (neighbor - beyond).clamp(-steepest, steepest);
         continued.max(neighbor.min(beyond).min(own)).min(neighbor.max(beyond).max(own))
@@ -102,7 +133,12 @@ mod tests {
             _ => None,
         });
         let mut irradiance: Vec<Vec3> = row.iter().map(|value| Vec3::splat(*value)).collect();
-        BlendBorders::new(&clusters, border_blends.collect()).blend_borders(&extents, &mut irradiance);
+        let mut borders = BlendBorders::new(&clusters, &border_blends.collect::<Vec<_>>());
+        // What is not computed has kept what was gathered for it before.
+        let all = vec![ClusterExtent::ALL; clusters.len()];
+        borders.blend_borders(&all, &mut irradiance.clone(), &|_| true);
+        borders.blended.iter_mut().for_each(|value| *value = Vec3::splat(-1.0));
+        borders.blend_borders(&extents, &mut irradiance, &|_| true);
         irradiance.iter().map(|value| value.x).collect()
     }
 
@@ -117,13 +153,23 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_computed_is_not_blended_again() {
-        let row = [3.0, 3.0, 3.0, 3.0, 6.0, 6.0, 6.0, 6.0];
-        let first =
-            |cluster| ClusterExtent { receivers: if cluster == 0 { 9 } else { 0 }, ..ClusterExtent::ALL };
-        assert_eq!(blended_where(&row, first), [3.0, 3.0, 3.0, 4.0, 6.0, 6.0, 6.0, 6.0]);
-        let three = |_| ClusterExtent { receivers: 3, ..ClusterExtent::ALL };
-        assert_eq!(blended_where(&row, three), [3.0, 3.0, 3.0, 3.0, 5.0, 6.0, 6.0, 6.0]);
+    fn only_borders_of_what_is_computed_are_blended_again() {
+        let row = [3.0, 3.0, 3.0, 3.0, 6.0, 6.0, 6.0, 6.0, 9.0, 9.0, 9.0, 9.0];
+        let only = |computed| {
+            move |cluster| ClusterExtent {
+                receivers: if cluster == computed { 9 } else { 0 },
+                ..ClusterExtent::ALL
+            }
+        };
+        // Both sides of a border, even if one alone is computed.
+        assert_eq!(
+            blended_where(&row, only(0)),
+            [3.0, 3.0, 3.0, 4.0, 5.0, 6.0, 6.0, -1.0, -1.0, 9.0, 9.0, 9.0]
+        );
+        assert_eq!(
+            blended_where(&row, only(2)),
+            [3.0, 3.0, 3.0, -1.0, -1.0, 6.0, 6.0, 7.0, 8.0, 9.0, 9.0, 9.0]
+        );
     }
 
     #[test]

@@ -5,6 +5,7 @@ use probelight_math::glam::Vec3;
 
 use super::scatter::Scatter;
 use crate::IrradianceLightmap;
+use crate::frame::ReceiverPlace;
 
 /// Which receiver each texel outside the charts repeats.
 #[derive(Clone, Debug)]
@@ -20,13 +21,20 @@ impl Dilation {
             receiver_of_texel[*texel as usize] = receiver;
         }
         let pairs = baked.lightmap.dilation.iter();
-        let copies = Scatter::new(pairs.map(|[texel, source]| (*texel, receiver_of_texel[*source as usize])));
-        Self { copies }
+        let pairs = pairs.map(|[texel, source]| (*texel, receiver_of_texel[*source as usize]));
+        let cluster = |receiver| ReceiverPlace::at(&baked.clusters, receiver).cluster;
+        Self { copies: Scatter::new(pairs, cluster) }
     }
 
-    /// Copies the receivers' irradiance (in the order of `receiver_texels`) to the texels around the charts.
-    pub fn dilate_lightmap(&self, receivers: &[Vec3], lightmap: &mut IrradianceLightmap) {
-        self.copies.copy(receivers, &mut lightmap.texels);
+    /// Copies the receivers' irradiance (in the order of `receiver_texels`) to the texels around the charts, at least that
+    /// of the clusters (by number) that are touched.
+    pub fn dilate_lightmap(
+        &self,
+        receivers: &[Vec3],
+        lightmap: &mut IrradianceLightmap,
+        is_touched: impl Fn(u32) -> bool + Sync,
+    ) {
+        self.copies.copy(receivers, &mut lightmap.texels, is_touched);
     }
 }
 

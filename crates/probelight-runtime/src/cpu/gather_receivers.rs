@@ -11,7 +11,7 @@ use super::padded_end::PaddedEnd;
 use super::scatter::Scatter;
 use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes};
-use crate::frame::leading;
+use crate::frame::{FillRecord, FillTables, ReceiverPlace, leading};
 use crate::{FramePlan, IrradianceLightmap};
 
 /// Receivers computed together: their three channels' sums fill twelve AVX-512 registers, and up to two
@@ -27,6 +27,7 @@ pub struct ReceiverIrradiance {
     borders: BlendBorders,
     copies: Scatter,
     basis_end: PaddedEnd,
+    fills: FillTables,
 }
 
 impl ReceiverIrradiance {
@@ -34,12 +35,15 @@ impl ReceiverIrradiance {
     pub fn new(baked: &BakedScene) -> Self {
         Self {
             values: vec![Vec3::ZERO; baked.receiver_count()],
-            borders: BlendBorders::new(&baked.clusters, baked.border_blends()),
-            copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..)),
+            borders: BlendBorders::new(&baked.clusters, &baked.border_blends()),
+            copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..), |receiver| {
+                ReceiverPlace::at(&baked.clusters, receiver).cluster
+            }),
             basis_end: PaddedEnd::new(
                 &baked.receiver_basis,
                 baked.clusters.iter().map(|cluster| cluster.receiver_basis_offset),
             ),
+            fills: FillTables::default(),
         }
     }
 
@@ -49,21 +53,34 @@ impl ReceiverIrradiance {
         &self.values
     }
 
+    /// Prepares for levels of the lightmap up to `coarsest`.
+    pub(crate) fn prepare_fills(&mut self, baked: &BakedScene, coarsest: u32) {
+        if self.fills.levels() < coarsest as usize {
+            self.fills = FillTables::new(baked, coarsest);
+        }
+    }
+
     /// Forgets all light.
     pub fn clear(&mut self) {
         self.values.fill(Vec3::ZERO);
+        self.borders.clear();
     }
 
     /// Computes E of the plan's receivers from the clusters' coefficients `b` (one RGB row per singular value, cluster by
-    /// cluster) and writes it to the lightmap's texels.
+    /// cluster) and writes it to the lightmap's texels, at least those of the clusters (by number) that are touched: the
+    /// plan's, and those that blend with these.
     pub fn gather_receivers(
         &mut self,
         baked: &BakedScene,
         plan: &FramePlan,
         coefficients: &[[f32; 3]],
         lightmap: &mut IrradianceLightmap,
+        is_touched: impl Fn(u32) -> bool + Sync,
     ) {
-        let end = &self.basis_end;
+        if plan.clusters().iter().all(|extent| extent.receivers == 0) {
+            return;
+        }
+        let (end, fills) = (&self.basis_end, &self.fills);
         let start = |cluster: &Cluster| cluster.first_receiver as usize;
         for_each_cluster(
             &baked.clusters,
@@ -73,12 +90,24 @@ impl ReceiverIrradiance {
             &|cluster, extent, receivers| {
                 let b = &coefficients[cluster.row_scale_offset as usize..][..extent.rank as usize];
                 let basis = end.words_from(&baked.receiver_basis, cluster.receiver_basis_offset);
-                let (stride, receivers) = (receivers.len(), &mut receivers[..extent.receivers as usize]);
-                gather_cluster(basis, stride, leading(cluster.receiver_ranks, extent.rank), b, receivers);
+                let (stride, count) = (receivers.len(), extent.receivers as usize);
+                let ranks = leading(cluster.receiver_ranks, extent.rank);
+                gather_cluster(basis, stride, ranks, b, &mut receivers[..count]);
+                if extent.fill > 0 && extent.fill as usize <= fills.levels() {
+                    fill(fills.of(cluster, extent.fill), receivers, count);
+                }
             },
         );
-        self.borders.blend_borders(plan.clusters(), &mut self.values);
-        self.copies.copy(&self.values, &mut lightmap.texels);
+        self.borders.blend_borders(plan.clusters(), &mut self.values, &is_touched);
+        self.copies.copy(&self.values, &mut lightmap.texels, is_touched);
+    }
+}
+
+/// Mixes the receivers behind the leading ones from these.
+fn fill(records: &[FillRecord], receivers: &mut [Vec3], leading: usize) {
+    for receiver in leading..receivers.len() {
+        let parts = records[receiver].parts();
+        receivers[receiver] = parts.into_iter().map(|(source, weight)| weight * receivers[source]).sum();
     }
 }
 

@@ -12,7 +12,7 @@
 use std::f32::consts::FRAC_1_PI;
 use std::ops::Range;
 
-use probelight_asset::{BakedScene, LightSample, Surfel};
+use probelight_asset::{BakedScene, LightSample, Surfel, SurfelGroup};
 use probelight_math::color::linear_from_srgb;
 use probelight_math::glam::Vec3;
 use probelight_scene::{Light, Lighting, Sky};
@@ -20,6 +20,7 @@ use probelight_trace::{Tracer, World, direct_irradiance, shadow_ray};
 use rayon::prelude::*;
 
 use crate::IrradianceLightmap;
+use crate::frame::BLOCK;
 use crate::sky_signals::SkyProjection;
 use crate::surface_colors::{SurfaceColors, emitter_radiance, has_emitter};
 
@@ -82,22 +83,31 @@ impl ScalarSignals {
         &self.values
     }
 
-    /// Traces shadow rays against what stands still. Needed when a light changed, before
+    /// Traces shadow rays against what stands still, for the samples whose turn it is. Needed when a light changed, before
     /// [`cast_object_shadows`](Self::cast_object_shadows).
-    pub fn trace_direct(&mut self, baked: &BakedScene, tracer: &Tracer, lights: &[Light]) {
-        for_each_sample(&mut self.unshadowed, baked, tracer, |direct, position, normal| {
+    pub fn trace_direct(&mut self, baked: &BakedScene, tracer: &Tracer, lights: &[Light], turn: SampleTurn) {
+        for_each_sample(&mut self.unshadowed, baked, tracer, turn, |direct, position, normal| {
             *direct = direct_irradiance(tracer, lights, position, normal);
         });
     }
 
-    /// Traces shadow rays against objects: direct irradiance of all samples. Needed when a light changed or an object moved.
-    pub fn cast_object_shadows(&mut self, baked: &BakedScene, world: World<'_>, lights: &[Light]) {
-        self.direct.copy_from_slice(&self.unshadowed);
+    /// Traces shadow rays against objects: direct irradiance of the samples whose turn it is. Needed when a light changed or
+    /// an object moved.
+    pub fn cast_object_shadows(
+        &mut self,
+        baked: &BakedScene,
+        world: World<'_>,
+        lights: &[Light],
+        turn: SampleTurn,
+    ) {
+        for index in turn.samples(self.direct.len()) {
+            self.direct[index] = self.unshadowed[index];
+        }
         if world.objects.is_empty() {
             return;
         }
         let offset = world.tracer.offset();
-        for_each_sample(&mut self.direct, baked, world.tracer, |direct, position, normal| {
+        for_each_sample(&mut self.direct, baked, world.tracer, turn, |direct, position, normal| {
             let is_hidden = |light: &Light| {
                 let arriving = light.illuminate(position).filter(|it| it.to_light.dot(normal) > 0.0);
                 arriving.is_some_and(|arriving| {
@@ -166,17 +176,60 @@ impl ScalarSignals {
             .zip(means.par_chunks(SURFELS_PER_TASK).zip(baked.surfels.par_chunks(SURFELS_PER_TASK)))
             .for_each(|(values, (means, surfels))| {
                 for ((value, mean), surfel) in values.iter_mut().zip(means).zip(surfels) {
-                    let samples = &feedback[samples_of(surfel)];
-                    let reflected = samples.iter().map(|sample| sample.reflected(lightmap)).sum::<Vec3>();
-                    *value = *mean + reflected * (samples.len() as f32).recip();
+                    *value = *mean + mean_reflected(&feedback[samples_of(surfel)], lightmap);
                 }
             });
         // A few ten thousand multiplications, each of which may need the one before it.
         for (number, group) in (baked.surfels.len()..).zip(&baked.surfel_groups) {
-            let [first, second] = group.children.map(|child| self.values[child as usize]);
-            self.values[number] = group.first_weight * first + (1.0 - group.first_weight) * second;
+            self.values[number] = mix(group, &self.values);
         }
     }
+
+    /// [`light_surfels`](Self::light_surfels) of the blocks of surfels that are dirty, and of the groups if there are
+    /// any. Notes the largest change of each block of signals.
+    pub(crate) fn light_dirty_surfels(
+        &mut self,
+        baked: &BakedScene,
+        lightmap: &IrradianceLightmap,
+        is_dirty: &[bool],
+        changes: &mut [f32],
+    ) {
+        if !is_dirty.contains(&true) {
+            return;
+        }
+        let (feedback, means) = (&self.feedback, &self.unbounced_means);
+        let blocks =
+            self.values[..baked.surfels.len()].par_chunks_mut(BLOCK).zip(baked.surfels.par_chunks(BLOCK));
+        let blocks = blocks.zip(means.par_chunks(BLOCK)).zip(is_dirty).zip(&mut *changes);
+        blocks.for_each(|((((values, surfels), means), is_dirty), change)| {
+            let surfels = values.iter_mut().zip(surfels).zip(means);
+            for ((value, surfel), mean) in surfels.take(if *is_dirty { BLOCK } else { 0 }) {
+                let radiance = *mean + mean_reflected(&feedback[samples_of(surfel)], lightmap);
+                *change = change.max((radiance - *value).abs().max_element());
+                *value = radiance;
+            }
+        });
+        for (number, group) in (baked.surfels.len()..).zip(&baked.surfel_groups) {
+            let radiance = mix(group, &self.values);
+            let change = &mut changes[number / BLOCK];
+            *change = change.max((radiance - self.values[number]).abs().max_element());
+            self.values[number] = radiance;
+        }
+    }
+}
+
+/// Radiance that samples reflect of the lightmap's light on average.
+#[inline(always)]
+fn mean_reflected(samples: &[Feedback], lightmap: &IrradianceLightmap) -> Vec3 {
+    let reflected = samples.iter().map(|sample| sample.reflected(lightmap)).sum::<Vec3>();
+    reflected * (samples.len() as f32).recip()
+}
+
+/// Radiance of a group, given that of its patches.
+#[inline(always)]
+fn mix(group: &SurfelGroup, radiance: &[Vec3]) -> Vec3 {
+    let [first, second] = group.children.map(|child| radiance[child as usize]);
+    group.first_weight * first + (1.0 - group.first_weight) * second
 }
 
 impl Feedback {
@@ -188,18 +241,41 @@ impl Feedback {
     }
 }
 
-/// Changes a value of each light sample by its position and the normal on its side.
+/// Which light samples have their turn in a frame: every n-th, so that each surfel has some.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SampleTurn {
+    /// Number of the turn, below `turns`.
+    pub turn: usize,
+    /// Turns until all samples have had theirs, at least one.
+    pub turns: usize,
+}
+
+impl SampleTurn {
+    /// All samples.
+    pub const ALL: Self = Self { turn: 0, turns: 1 };
+
+    /// Numbers of the samples.
+    fn samples(self, count: usize) -> impl Iterator<Item = usize> {
+        (self.turn..count).step_by(self.turns)
+    }
+}
+
+/// Changes a value of each light sample whose turn it is by its position and the normal on its side.
 fn for_each_sample(
     values: &mut [Vec3],
     baked: &BakedScene,
     tracer: &Tracer,
+    turn: SampleTurn,
     change: impl Fn(&mut Vec3, Vec3, Vec3) + Sync,
 ) {
-    values.par_chunks_mut(SAMPLES_PER_TASK).zip(baked.light_samples.par_chunks(SAMPLES_PER_TASK)).for_each(
+    // Tasks begin with a turn of their own.
+    let per_task = SAMPLES_PER_TASK.next_multiple_of(turn.turns);
+    values.par_chunks_mut(per_task).zip(baked.light_samples.par_chunks(per_task)).for_each(
         |(values, samples)| {
-            for (value, sample) in values.iter_mut().zip(samples) {
+            for index in turn.samples(samples.len()) {
+                let sample = &samples[index];
                 let normal = tracer.side_normal(sample.triangle, sample.is_back_face());
-                change(value, sample.position, normal);
+                change(&mut values[index], sample.position, normal);
             }
         },
     );

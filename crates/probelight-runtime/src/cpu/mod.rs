@@ -4,6 +4,7 @@
 //! that do not depend on the number of threads, so that the result does not either.
 
 mod blend_borders;
+mod choose_work;
 mod clusters_in_parallel;
 pub mod dilate_lightmap;
 pub mod gather_receivers;
@@ -15,9 +16,10 @@ pub mod relight_probes;
 mod scatter;
 mod unpack;
 
+pub(crate) use choose_work::ChooseWork;
 pub use dilate_lightmap::Dilation;
 pub use gather_receivers::ReceiverIrradiance;
-pub use light_surfels::ScalarSignals;
+pub use light_surfels::{SampleTurn, ScalarSignals};
 pub use project_clusters::ClusterCoefficients;
 pub use relight_probes::ProbeRadiance;
 

@@ -70,7 +70,7 @@ impl ClusterCoefficients {
                 columns.load_probes(baked, cluster, extent, probes);
                 let columns = columns.scale(baked, cluster, extent, factors);
                 let words = end.words_from(&baked.signal_basis, cluster.signal_basis_offset);
-                project_cluster(baked, cluster, words, columns, &mut b[..extent.rank as usize]);
+                project_cluster(baked, cluster, extent, words, columns, &mut b[..extent.rank as usize]);
             },
         );
     }
@@ -225,6 +225,7 @@ impl<'a> Rows<'a> {
 fn project_cluster(
     baked: &BakedScene,
     cluster: &Cluster,
+    extent: ClusterExtent,
     words: &[u32],
     columns: &[[Lanes; 3]],
     b: &mut [[f32; 3]],
@@ -237,7 +238,7 @@ fn project_cluster(
         .multiply_section::<Snorm8>(columns, snorm8)
         .multiply_section::<Snorm4>(columns, snorm4);
     let scales = &baked.row_scales[cluster.row_scale_offset as usize..];
-    for (b, scale) in b.iter_mut().zip(scales) {
-        *b = b.map(|channel| channel * scale);
+    for (row, (b, scale)) in b.iter_mut().zip(scales).enumerate() {
+        *b = b.map(|channel| channel * (scale * extent.weight(row)));
     }
 }

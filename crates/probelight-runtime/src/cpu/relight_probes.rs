@@ -41,6 +41,8 @@ pub struct ProbeRadiance {
     sky: Vec<Vec3>,
     /// Radiance of the rays of [`PROBES`] probes.
     radiance: PerThread<Vec<Vec3>>,
+    /// Largest change of each probe's bands in the last frame that noted them.
+    band_changes: Vec<f32>,
 }
 
 /// The [`RelightTable`] in panels.
@@ -49,6 +51,8 @@ struct Panels {
     table: RelightTable,
     /// Weighted basis values: panel by panel, ray by ray.
     lanes: Vec<Lanes>,
+    /// The band of each coefficient.
+    bands: Vec<usize>,
 }
 
 impl ProbeRadiance {
@@ -63,6 +67,7 @@ impl ProbeRadiance {
             values: vec![0.0; baked.probes.len() * 3 * stride + LANES],
             sky: vec![Vec3::ZERO; rays],
             radiance: PerThread::new(|| vec![Vec3::ZERO; PROBES * rays]),
+            band_changes: vec![0.0; baked.probes.len() * (baked.settings.sh_degree as usize + 1)],
         }
     }
 
@@ -86,9 +91,25 @@ impl ProbeRadiance {
         }
     }
 
-    /// Projects the radiance that the plan's relight rays bring, given that of the surfels, to as many coefficients.
-    pub fn relight_probes(&mut self, baked: &BakedScene, plan: &FramePlan, surfels: &[Vec3]) {
-        let Self { stride, table, sky, radiance, .. } = self;
+    /// Largest change of each probe's bands in the last frame that noted them, W·m⁻²·sr⁻¹.
+    pub(crate) fn band_changes(&self) -> &[f32] {
+        &self.band_changes
+    }
+
+    /// Projects the radiance that the plan's relight rays bring, given that of the surfels, to as many coefficients. Notes,
+    /// if asked to, how the bands change.
+    pub fn relight_probes(
+        &mut self,
+        baked: &BakedScene,
+        plan: &FramePlan,
+        surfels: &[Vec3],
+        notes_changes: bool,
+    ) {
+        let Self { stride, table, sky, radiance, band_changes, .. } = self;
+        let bands = baked.settings.sh_degree as usize + 1;
+        if notes_changes {
+            band_changes.fill(0.0);
+        }
         let (rays, stride) = (table.table.rays(), *stride);
         if rays == 0 {
             return;
@@ -99,17 +120,22 @@ impl ProbeRadiance {
             .zip(baked.relight_surfels.par_chunks(PROBES * rays))
             .zip(baked.relight_gains.par_chunks(PROBES * rays))
             .zip(plan.probes().par_chunks(PROBES))
-            .for_each(|(((values, seen), gains), extents)| {
+            .zip(band_changes.par_chunks_mut(PROBES * bands))
+            .filter(|((_, extents), _)| extents.iter().any(|extent| extent.rays > 0))
+            .for_each(|((((values, seen), gains), extents), changes)| {
                 let mut scratch = radiance.lock();
+                let mut changes = notes_changes.then_some(changes);
                 let view = RayView { seen, gains, surfels, sky };
                 let are_alike = extents.len() == PROBES && extents.iter().all(|extent| *extent == extents[0]);
                 if are_alike {
-                    table.relight::<PROBES>(extents[0], &view, &mut scratch, values);
+                    table.relight::<PROBES>(extents[0], &view, &mut scratch, values, changes);
                     return;
                 }
                 for (probe, extent) in extents.iter().enumerate() {
                     let values = &mut values[probe * 3 * stride..][..3 * stride];
-                    table.relight::<1>(*extent, &view.of_probe(probe), &mut scratch, values);
+                    let changes =
+                        changes.as_deref_mut().map(|changes| &mut changes[probe * bands..][..bands]);
+                    table.relight::<1>(*extent, &view.of_probe(probe), &mut scratch, values, changes);
                 }
             });
     }
@@ -156,10 +182,12 @@ impl Panels {
                 lanes[j / LANES * table.rays() + ray][j % LANES] = *value;
             }
         }
-        Self { table, lanes: lanes.into_iter().map(Lanes::new).collect() }
+        let bands = (0..).flat_map(|band| std::iter::repeat_n(band, 2 * band + 1));
+        let bands = bands.take(table.coefficients).collect();
+        Self { table, lanes: lanes.into_iter().map(Lanes::new).collect(), bands }
     }
 
-    /// Coefficients of `P` probes with the same extent; `values` are theirs.
+    /// Coefficients of `P` probes with the same extent; `values` are theirs, and `changes` those of their bands.
     #[inline(always)]
     fn relight<const P: usize>(
         &self,
@@ -167,6 +195,7 @@ impl Panels {
         view: &RayView,
         scratch: &mut [Vec3],
         values: &mut [f32],
+        mut changes: Option<&mut [f32]>,
     ) {
         let (stored, rays) = (self.table.rays(), extent.rays as usize);
         if rays == 0 {
@@ -182,10 +211,23 @@ impl Panels {
             for (probe, sums) in multiply_panel(&panel[..rays], probes).iter().enumerate() {
                 for (channel, sums) in sums.iter().enumerate() {
                     let at = (probe * 3 + channel) * stride + first;
-                    values[at..at + count].copy_from_slice(&sums.to_array()[..count]);
+                    let (values, sums) = (&mut values[at..at + count], &sums.to_array()[..count]);
+                    if let Some(changes) = &mut changes {
+                        let of_probe = changes.len() / P;
+                        let changes = &mut changes[probe * of_probe..][..of_probe];
+                        note_changes(values, sums, &self.bands[first..], changes);
+                    }
+                    values.copy_from_slice(sums);
                 }
             }
         }
+    }
+}
+
+/// Raises the changes of bands to those of their coefficients.
+fn note_changes(before: &[f32], after: &[f32], bands: &[usize], changes: &mut [f32]) {
+    for ((before, after), band) in before.iter().zip(after).zip(bands) {
+        changes[*band] = changes[*band].max((after - before).abs());
     }
 }
 

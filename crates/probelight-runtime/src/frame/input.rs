@@ -18,16 +18,19 @@ pub struct FrameInput<'a> {
     pub budget: Option<Budget>,
 }
 
-/// Where somebody looks from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Where somebody looks from, and where to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct View {
     /// World position of the eye, metres.
     pub position: Vec3,
+    /// Unit direction of the view; zero for one that has everything in front.
+    pub direction: Vec3,
 }
 
 impl From<&Camera> for View {
     fn from(camera: &Camera) -> Self {
-        Self { position: camera.position }
+        let direction = (camera.target - camera.position).normalize_or_zero();
+        Self { position: camera.position, direction }
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  FrameInput (who looks, what moves, what it may cost) ─┐
-//!  LodSettings (levels by distance) ─────────────────────┼─► FramePlan: an extent for each cluster and probe
+//!  LodSettings (levels by distance and direction) ───────┼─► FramePlan: an extent for each cluster and probe
 //!  BakedScene ───────────────────────────────────────────┘
 //! ```
 //!
@@ -10,27 +10,57 @@
 //! two numbers of everything: how many are stored, by which they find their way, and how many this frame computes.
 //! What lies beyond keeps the value that it had.
 
+mod border_records;
+mod box_tree;
 mod bytes;
+mod change_tables;
+mod fill_tables;
+mod governor;
 mod input;
 mod lod;
 mod plan;
 mod planner;
 mod plans;
+mod presets;
 mod relight_table;
+mod sight;
 mod stage;
+mod waiting;
+mod zones;
 
+#[cfg(any(feature = "cpu", test))]
+pub(crate) use border_records::BORDER_SLOT;
+pub(crate) use border_records::{BorderRecord, border_records};
 pub use bytes::stage_bytes;
 #[cfg(feature = "gpu")]
 pub(crate) use bytes::{Held, stage_bytes_with};
+#[cfg(any(feature = "cpu", test))]
+pub(crate) use change_tables::ChangeTerm;
+pub(crate) use change_tables::{BLOCK, ChangeTables, Lists};
+#[cfg(any(feature = "cpu", test))]
+pub(crate) use fill_tables::FillRecord;
+pub(crate) use fill_tables::FillTables;
+pub use governor::LodGovernor;
 pub use input::{Budget, FrameInput, View};
-pub use lod::{LodLevel, LodSettings};
+pub use lod::{LodChanges, LodLevel, LodSettings};
 pub(crate) use plan::ReceiverPlace;
 #[cfg(feature = "cpu")]
 pub(crate) use plan::leading;
-pub use plan::{ClusterExtent, FramePlan, ProbeExtent};
+pub(crate) use plan::matrix_bytes;
+pub use plan::{ClusterExtent, FADE_STEPS, FramePlan, ProbeExtent};
 pub use planner::Planner;
+pub(crate) use planner::Thresholds;
 pub(crate) use plans::FramePlans;
+pub use presets::LodPreset;
 pub(crate) use relight_table::RelightTable;
 #[cfg(feature = "gpu")]
 pub(crate) use relight_table::first_weight;
 pub use stage::{PerStage, Stage, StageTimings};
+#[cfg(any(feature = "cpu", test))]
+pub(crate) use waiting::PROBES_SHARE;
+#[cfg(feature = "cpu")]
+pub(crate) use waiting::{Admission, urgency};
+#[cfg(test)]
+pub(crate) use waiting::{NEXT_TO_NOTHING, URGENCY_STEP_BITS};
+pub(crate) use waiting::{URGENCIES, Waiting};
+pub use zones::LodZones;

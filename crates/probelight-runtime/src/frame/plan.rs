@@ -17,7 +17,17 @@ pub struct ClusterExtent {
     pub columns: u32,
     /// Leading receivers; with none, nothing of the cluster is computed.
     pub receivers: u32,
+    /// Leading singular values that count in full; those behind them are on their way out.
+    pub solid: u32,
+    /// How much these still count, in parts of [`FADE_STEPS`].
+    pub fade: u32,
+    /// The level of the lightmap whose texels the leading receivers are, from which the others get their light; with 0
+    /// they keep what they have.
+    pub fill: u32,
 }
+
+/// Parts of a singular value that fades out.
+pub const FADE_STEPS: u32 = 16;
 
 /// What a frame computes of a probe.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,18 +40,38 @@ pub struct ProbeExtent {
 
 impl ClusterExtent {
     /// Everything that a cluster has.
-    pub const ALL: Self = Self { rank: u32::MAX, columns: u32::MAX, receivers: u32::MAX };
+    pub const ALL: Self = Self {
+        rank: u32::MAX,
+        columns: u32::MAX,
+        receivers: u32::MAX,
+        solid: u32::MAX,
+        fade: FADE_STEPS,
+        fill: 0,
+    };
 
     /// What of it the cluster has.
     fn within(self, baked: &BakedScene, cluster: &Cluster) -> Self {
         if self.receivers.min(cluster.receiver_count) == 0 {
             return Self::default();
         }
+        let rank = self.rank.min(cluster.rank());
+        // One way only to say that all count in full.
+        let is_solid = self.fade >= FADE_STEPS || self.solid >= rank;
+        let (solid, fade) = if is_solid { (rank, FADE_STEPS) } else { (self.solid, self.fade) };
         Self {
-            rank: self.rank.min(cluster.rank()),
+            rank,
+            solid,
+            fade,
+            fill: if self.receivers < cluster.receiver_count { self.fill } else { 0 },
             columns: self.columns.min(baked.column_count(cluster) as u32),
             receivers: self.receivers.min(cluster.receiver_count),
         }
+    }
+
+    /// How much the singular value number `row` counts.
+    #[cfg(feature = "cpu")]
+    pub(crate) fn weight(self, row: usize) -> f32 {
+        if row < self.solid as usize { 1.0 } else { self.fade as f32 / FADE_STEPS as f32 }
     }
 
     /// Highest band of the cluster's probes that the columns read; `None` if they read nothing of probes.
@@ -132,6 +162,18 @@ impl FramePlan {
         &self.probes
     }
 
+    /// The extents of the clusters, for those who choose what of a plan is computed.
+    #[cfg(feature = "cpu")]
+    pub(crate) fn clusters_mut(&mut self) -> &mut [ClusterExtent] {
+        &mut self.clusters
+    }
+
+    /// Those of the probes.
+    #[cfg(feature = "cpu")]
+    pub(crate) fn probes_mut(&mut self) -> &mut [ProbeExtent] {
+        &mut self.probes
+    }
+
     /// Number of receivers that are computed.
     pub fn receivers(&self) -> u64 {
         self.clusters.iter().map(|extent| u64::from(extent.receivers)).sum()
@@ -139,9 +181,7 @@ impl FramePlan {
 
     /// Bytes of the transport matrices that are read: U and ΣVᵀ.
     pub fn matrix_bytes(&self, baked: &BakedScene) -> u64 {
-        let bytes = |(cluster, extent): (&Cluster, &ClusterExtent)| {
-            receiver_basis_bytes(cluster, *extent) + signal_basis_bytes(cluster, *extent)
-        };
+        let bytes = |(cluster, extent): (&Cluster, &ClusterExtent)| matrix_bytes(cluster, *extent);
         baked.clusters.iter().zip(&self.clusters).map(bytes).sum()
     }
 }
@@ -156,11 +196,6 @@ pub(crate) struct ReceiverPlace {
 }
 
 impl ReceiverPlace {
-    /// The places of some receivers (indices in ascending order).
-    pub(crate) fn of(clusters: &[Cluster], receivers: &[u32]) -> Vec<Self> {
-        receivers.iter().map(|receiver| Self::at(clusters, *receiver)).collect()
-    }
-
     /// The place of a receiver.
     pub(crate) fn at(clusters: &[Cluster], receiver: u32) -> Self {
         let behind = clusters.partition_point(|cluster| cluster.first_receiver <= receiver);
@@ -172,13 +207,19 @@ impl ReceiverPlace {
     /// Whether a frame of such extents computes the receiver.
     #[cfg(feature = "cpu")]
     pub(crate) fn is_computed(self, clusters: &[ClusterExtent]) -> bool {
-        self.index < clusters[self.cluster as usize].receivers
+        let extent = clusters[self.cluster as usize];
+        self.index < extent.receivers || extent.fill > 0
     }
 }
 
 /// The probes of a cluster.
 pub(super) fn probes_of<'a>(baked: &'a BakedScene, cluster: &Cluster) -> &'a [u32] {
     &baked.cluster_probes[cluster.first_probe as usize..][..cluster.probe_count as usize]
+}
+
+/// Bytes of U and ΣVᵀ that a cluster's extent reads.
+pub(crate) fn matrix_bytes(cluster: &Cluster, extent: ClusterExtent) -> u64 {
+    receiver_basis_bytes(cluster, extent) + signal_basis_bytes(cluster, extent)
 }
 
 /// Bytes of U that a cluster's extent reads.
@@ -251,7 +292,7 @@ mod tests {
             let baked = room();
             let cluster = |index: usize| {
                 let (rank, columns, receivers) = wanted[index % wanted.len()];
-                ClusterExtent { rank, columns, receivers }
+                ClusterExtent { rank, columns, receivers, ..ClusterExtent::ALL }
             };
             let probe = |index: usize| ProbeExtent { rays: probes[index].0, degree: probes[index].1 };
             let plan = FramePlan::new(&baked, cluster, probe);

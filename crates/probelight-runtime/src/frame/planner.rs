@@ -1,54 +1,85 @@
 //! From levels of detail to a plan.
 
-use probelight_asset::{BakedScene, Cluster};
+use probelight_asset::{BakedScene, Cluster, Probe};
 use probelight_math::glam::Vec3;
 use probelight_math::sh::coefficient_count;
 use probelight_scene::Bounds;
 
-use super::input::{Budget, FrameInput, View};
+use super::box_tree::BoxTree;
+use super::input::{Budget, FrameInput};
 use super::lod::{LodLevel, LodSettings};
-use super::plan::{ClusterExtent, FramePlan, ProbeExtent};
+use super::plan::{ClusterExtent, FADE_STEPS, FramePlan, ProbeExtent};
+use super::sight::Sight;
 
 /// Levels of the lightmap that receivers are sorted by.
-const LIGHTMAP_LEVELS: usize = 4;
+pub(super) const LIGHTMAP_LEVELS: usize = 4;
+
+/// The largest changes that may wait, as shares of the light of each cluster and each probe.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Thresholds {
+    pub(crate) clusters: Vec<f32>,
+    pub(crate) probes: Vec<f32>,
+}
 
 /// Makes plans for a baked scene.
 #[derive(Clone, Debug)]
 pub struct Planner {
     /// Of each cluster, how many receivers each level of the lightmap has.
     receivers: Vec<[u32; LIGHTMAP_LEVELS]>,
+    /// What of the clusters boxes may touch.
+    reached: BoxTree,
+    /// Whether something moves there in the present frame.
+    is_active: Vec<bool>,
+    /// Where the lightmap's clusters lie as seen in the present frame.
+    sights: Vec<Sight>,
+    thresholds: Thresholds,
 }
 
 impl Planner {
     /// Counts the receivers of each level of the lightmap.
     pub fn new(baked: &BakedScene) -> Self {
-        let width = baked.lightmap.width;
-        let level = |texel: u32| ((texel % width) | (texel / width)).trailing_zeros() as usize;
-        let receivers = |cluster: &Cluster| {
-            let texels = baked.texels(cluster);
-            std::array::from_fn(|n| texels.iter().take_while(|texel| level(**texel) >= n).count() as u32)
-        };
-        Self { receivers: baked.clusters.iter().map(receivers).collect() }
+        Self {
+            receivers: baked.clusters.iter().map(|cluster| leading_receivers(baked, cluster)).collect(),
+            reached: BoxTree::new(reached_bounds(baked)),
+            is_active: vec![false; baked.clusters.len()],
+            sights: vec![Sight::NEAR; baked.lightmap_clusters()],
+            thresholds: Thresholds {
+                clusters: vec![0.0; baked.clusters.len()],
+                probes: vec![0.0; baked.probes.len()],
+            },
+        }
     }
 
-    /// Fills `plan`, which is one for the same scene.
+    /// What may wait in the last frame that was planned.
+    pub(crate) fn thresholds(&self) -> &Thresholds {
+        &self.thresholds
+    }
+
+    /// Fills `plan`, which is one for the same scene. Allocates nothing.
     ///
-    /// A cluster has the level at the distance of its box from the view, a probe the level at that distance less its support
-    /// radius: near receivers may draw on it.
-    pub fn plan(&self, baked: &BakedScene, settings: &LodSettings, input: &FrameInput, plan: &mut FramePlan) {
-        let lightmap_clusters = baked.lightmap_clusters();
+    /// A cluster has the level of its box as seen from the view, a probe that of the ball around it in which receivers draw
+    /// on it. What boxes touch counts as near.
+    pub fn plan(
+        &mut self,
+        baked: &BakedScene,
+        settings: &LodSettings,
+        input: &FrameInput,
+        plan: &mut FramePlan,
+    ) {
+        self.look(baked, input);
+        self.fill_thresholds(baked, settings, input);
         for coarser in 0..settings.levels.len().max(1) {
-            let cluster = |index: usize| {
-                if index >= lightmap_clusters {
-                    return grid_extent(baked, index, input);
+            let cluster = |index: usize| match self.sights.get(index) {
+                Some(sight) => {
+                    // What a budget takes away does not fade.
+                    let fade = if coarser == 0 { settings.fade(*sight) } else { (FADE_STEPS, u32::MAX) };
+                    self.cluster_extent(baked, index, &settings.level(*sight, coarser), fade)
                 }
-                let level = settings.level(distance(&baked.clusters[index].bounds, input), coarser);
-                self.cluster_extent(baked, index, &level)
+                None if input.whole_grid || self.is_active[index] => ClusterExtent::ALL,
+                None => ClusterExtent::default(),
             };
             let probe = |index: usize| {
-                let probe = &baked.probes[index];
-                let from_view = |view: View| (view.position - probe.position).length() - probe.support_radius;
-                probe_extent(&settings.level(input.view.map_or(0.0, from_view), coarser))
+                probe_extent(&settings.level(sight_of_probe(&baked.probes[index], settings, input), coarser))
             };
             plan.fill(baked, cluster, probe);
             let fits = match input.budget {
@@ -61,7 +92,38 @@ impl Planner {
         }
     }
 
-    fn cluster_extent(&self, baked: &BakedScene, index: usize, level: &LodLevel) -> ClusterExtent {
+    /// Finds out where the clusters are, and where something moves.
+    fn look(&mut self, baked: &BakedScene, input: &FrameInput) {
+        let Self { reached, is_active, sights, .. } = self;
+        is_active.fill(false);
+        for active in input.active_boxes {
+            reached.visit_touched(active, &mut |index| is_active[index] = true);
+        }
+        for ((sight, is_active), cluster) in sights.iter_mut().zip(is_active).zip(&baked.clusters) {
+            let view = input.view.filter(|_| !*is_active);
+            *sight = view.map_or(Sight::NEAR, |view| Sight::of_box(view, &cluster.bounds));
+        }
+    }
+
+    fn fill_thresholds(&mut self, baked: &BakedScene, settings: &LodSettings, input: &FrameInput) {
+        let at = |sight: Sight| settings.threshold(&settings.level(sight, 0));
+        let Thresholds { clusters, probes } = &mut self.thresholds;
+        // Those of the grid have no level.
+        clusters.fill(settings.changes.threshold);
+        clusters.iter_mut().zip(&self.sights).for_each(|(threshold, sight)| *threshold = at(*sight));
+        for (threshold, probe) in probes.iter_mut().zip(&baked.probes) {
+            *threshold = at(sight_of_probe(probe, settings, input));
+        }
+    }
+
+    /// The extent of a cluster at a level, and how much it has of the singular values that the next level has not.
+    fn cluster_extent(
+        &self,
+        baked: &BakedScene,
+        index: usize,
+        level: &LodLevel,
+        (fade, solid): (u32, u32),
+    ) -> ClusterExtent {
         let cluster = &baked.clusters[index];
         let degree = level.degree.unwrap_or(u32::MAX).min(baked.settings.sh_degree);
         let of_probes = cluster.probe_count * coefficient_count(degree as usize) as u32;
@@ -70,18 +132,43 @@ impl Planner {
             rank: level.rank.unwrap_or(u32::MAX),
             columns: cluster.signal_count + of_probes,
             receivers: self.receivers[index][lightmap_level],
+            solid,
+            fade,
+            fill: lightmap_level as u32,
         }
     }
 }
 
-/// All of a cluster of the grid if something moves in the cells around its vertices.
-fn grid_extent(baked: &BakedScene, index: usize, input: &FrameInput) -> ClusterExtent {
-    let bounds = baked.clusters[index].bounds;
-    // Vertices measure up to half a spacing from their place, and light all cells around it.
-    let reach = 1.5 * baked.grid.spacing;
-    let reached = Bounds { min: bounds.min - reach, max: bounds.max + reach };
-    let is_active = input.whole_grid || input.active_boxes.iter().any(|active| touch(active, &reached));
-    if is_active { ClusterExtent::ALL } else { ClusterExtent::default() }
+/// How many of a cluster's receivers each level of the lightmap has: those that lead. A level without any takes those of the
+/// next finer one.
+pub(super) fn leading_receivers(baked: &BakedScene, cluster: &Cluster) -> [u32; LIGHTMAP_LEVELS] {
+    let width = baked.lightmap.width;
+    let level = |texel: u32| ((texel % width) | (texel / width)).trailing_zeros() as usize;
+    let texels = baked.texels(cluster);
+    let mut counts =
+        std::array::from_fn(|n| texels.iter().take_while(|texel| level(**texel) >= n).count() as u32);
+    for n in 1..LIGHTMAP_LEVELS {
+        if counts[n] == 0 {
+            counts[n] = counts[n - 1];
+        }
+    }
+    counts
+}
+
+/// What boxes must touch to make each cluster active: its own box, or all cells that a cluster of the grid lights.
+fn reached_bounds(baked: &BakedScene) -> impl Iterator<Item = Bounds> {
+    let lightmap_clusters = baked.lightmap_clusters();
+    baked.clusters.iter().enumerate().map(move |(index, cluster)| {
+        // Vertices measure up to half a spacing from their place, and light all cells around it.
+        let reach = if index < lightmap_clusters { Vec3::ZERO } else { 1.5 * baked.grid.spacing };
+        Bounds { min: cluster.bounds.min - reach, max: cluster.bounds.max + reach }
+    })
+}
+
+/// Where the receivers lie that draw on a probe.
+fn sight_of_probe(probe: &Probe, settings: &LodSettings, input: &FrameInput) -> Sight {
+    let radius = settings.support_shift * probe.support_radius;
+    input.view.map_or(Sight::NEAR, |view| Sight::of_ball(view, probe.position, radius))
 }
 
 fn probe_extent(level: &LodLevel) -> ProbeExtent {
@@ -92,21 +179,14 @@ fn probe_extent(level: &LodLevel) -> ProbeExtent {
     }
 }
 
-/// Distance of a cluster's box from the view, metres; 0 where something moves.
-fn distance(bounds: &Bounds, input: &FrameInput) -> f32 {
-    let is_active = input.active_boxes.iter().any(|active| touch(active, bounds));
-    input.view.filter(|_| !is_active).map_or(0.0, |view| bounds.distance(view.position))
-}
-
-fn touch(a: &Bounds, b: &Bounds) -> bool {
-    let overlap = |a: Vec3, b: Vec3| a.cmple(b).all();
-    overlap(a.min, b.max) && overlap(b.min, a.max)
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::plan::probes_of;
     use super::*;
+    use crate::View;
     use crate::synthetic::{SyntheticSize, synthetic_room};
+    use probelight_math::glam::Vec3;
+    use proptest::prelude::*;
 
     /// A row of clusters ten metres apart, each with a probe of its own, and with receivers in the order of a bake.
     fn row() -> BakedScene {
@@ -125,11 +205,22 @@ mod tests {
     }
 
     fn settings() -> LodSettings {
-        let middle =
-            LodLevel { distance: 15.0, rank: Some(8), degree: Some(3), rays: Some(32), lightmap_level: 0 };
-        let far =
-            LodLevel { distance: 35.0, rank: Some(4), degree: Some(1), rays: Some(9), lightmap_level: 1 };
-        LodSettings { levels: vec![LodLevel::default(), middle, far] }
+        let middle = LodLevel {
+            distance: 15.0,
+            rank: Some(8),
+            degree: Some(3),
+            rays: Some(32),
+            ..LodLevel::default()
+        };
+        let far = LodLevel {
+            distance: 35.0,
+            rank: Some(4),
+            degree: Some(1),
+            rays: Some(9),
+            lightmap_level: 1,
+            ..LodLevel::default()
+        };
+        LodSettings { levels: vec![LodLevel::default(), middle, far], ..LodSettings::default() }
     }
 
     fn plan(baked: &BakedScene, settings: &LodSettings, input: &FrameInput) -> FramePlan {
@@ -139,7 +230,7 @@ mod tests {
     }
 
     const AT_THE_FIRST: FrameInput<'static> = FrameInput {
-        view: Some(View { position: Vec3::ZERO }),
+        view: Some(View { position: Vec3::ZERO, direction: Vec3::ZERO }),
         active_boxes: &[],
         whole_grid: false,
         budget: None,
@@ -205,6 +296,119 @@ mod tests {
                 |texel: &&u32| [**texel % width, **texel / width].iter().all(|x| x.is_multiple_of(1 << n));
             let expected = baked.receiver_texels[..count].iter().filter(on_level).count();
             assert_eq!(receivers as usize, expected, "level {n}");
+        }
+    }
+
+    /// Levels that begin nearer beside and behind the view.
+    fn by_zones() -> LodSettings {
+        let mut settings = settings();
+        for level in &mut settings.levels[1..] {
+            (level.beside, level.behind) = (Some(level.distance / 2.0), Some(level.distance / 4.0));
+        }
+        settings
+    }
+
+    fn looking(position: Vec3, direction: Vec3) -> FrameInput<'static> {
+        FrameInput { view: Some(View { position, direction }), ..FrameInput::default() }
+    }
+
+    #[test]
+    fn singular_values_come_and_go_by_and_by() {
+        let baked = row();
+        let settings = settings();
+        // What a cluster has of each of its singular values, in all.
+        let kept = |x: f32| {
+            let plan = plan(&baked, &settings, &looking(Vec3::new(-x, 0.5, 0.5), Vec3::ZERO));
+            let extent = plan.clusters()[0];
+            assert!(extent.solid <= extent.rank && extent.fade <= FADE_STEPS);
+            f64::from(extent.solid)
+                + f64::from((extent.rank - extent.solid) * extent.fade) / f64::from(FADE_STEPS)
+        };
+        let walk: Vec<f64> = (0..4000).map(|step| kept(step as f32 * 0.01)).collect();
+        assert_eq!((walk[0], walk[3999]), (24.0, 4.0));
+        let steps = walk.windows(2).map(|pair| pair[0] - pair[1]);
+        assert!(
+            steps.clone().all(|step| (0.0..=16.0 / 16.0).contains(&step)),
+            "{:?}",
+            steps.fold(0.0, f64::max)
+        );
+        // Negative control: without a band they pop.
+        let sharp = LodSettings { fade: 0.0, ..settings.clone() };
+        let rank = |x: f32| plan(&baked, &sharp, &looking(Vec3::new(-x, 0.5, 0.5), Vec3::ZERO)).clusters()[0];
+        assert_eq!([rank(14.9), rank(15.1)].map(|extent| [extent.rank, extent.solid]), [[24, 24], [8, 8]]);
+    }
+
+    #[test]
+    fn less_is_computed_behind_the_view() {
+        let baked = row();
+        // The middle of the row, so that directions are mirror images.
+        let middle = Vec3::new(35.5, 0.5, 0.5);
+        let found = |direction| ranks(&plan(&baked, &by_zones(), &looking(middle, direction)));
+        assert_eq!(found(Vec3::X), [4, 4, 4, 8, 24, 24, 8, 8]);
+        assert_eq!(found(-Vec3::X), [8, 8, 24, 24, 8, 4, 4, 4]);
+        assert_eq!(found(Vec3::Y), [4, 4, 8, 24, 24, 8, 4, 4]);
+        assert_eq!(found(Vec3::ZERO), [8, 8, 24, 24, 24, 24, 8, 8], "without a direction all is in front");
+    }
+
+    #[test]
+    fn the_support_radius_brings_probes_nearer() {
+        let baked = row();
+        let degrees = |support_shift| {
+            let settings = LodSettings { support_shift, ..settings() };
+            let plan = plan(&baked, &settings, &looking(Vec3::X * -14.5, Vec3::ZERO));
+            plan.probes().iter().map(|probe| probe.degree).collect::<Vec<_>>()
+        };
+        assert_eq!(degrees(0.0)[..3], [7, 3, 3]);
+        // 14.5 m to the first; the second is 24.5 m away, the third 34.5 m, each with receivers within a metre.
+        assert_eq!(degrees(10.0)[..3], [7, 7, 3]);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+        /// Whatever the camera and the levels, each column that a cluster reads is a coefficient that its probe computes.
+        #[test]
+        fn no_camera_makes_clusters_read_what_probes_do_not_compute(
+            position in (-20.0f32..100.0, -30.0f32..30.0, -30.0f32..30.0),
+            direction in (-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0),
+            levels in prop::collection::vec((0.0f32..60.0, 0.1f32..1.0, 0u32..26, 0u32..8, 0u32..65, 0u32..4), 1..5),
+            support_shift in 0.0f32..3.0,
+        ) {
+            let baked = row();
+            let mut levels: Vec<LodLevel> = levels
+                .into_iter()
+                .map(|(distance, nearer, rank, degree, rays, lightmap_level)| LodLevel {
+                    distance,
+                    beside: Some(distance * nearer),
+                    behind: Some(0.0),
+                    rank: Some(rank),
+                    degree: Some(degree),
+                    rays: Some(rays),
+                    lightmap_level,
+                    threshold: None,
+                })
+                .collect();
+            levels.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+            // Beside the view they must ascend, too.
+            let mut last = 0.0f32;
+            for level in &mut levels {
+                last = last.max(level.beside.unwrap_or(0.0));
+                level.beside = Some(last);
+            }
+            let settings = LodSettings { levels, support_shift, ..LodSettings::default() };
+            settings.check().unwrap();
+            let direction = Vec3::from(direction).normalize_or_zero();
+            let plan = plan(&baked, &settings, &looking(position.into(), direction));
+            for (cluster, extent) in baked.clusters.iter().zip(plan.clusters()) {
+                let columns_of_probes = extent.columns.saturating_sub(cluster.signal_count);
+                for probe in probes_of(&baked, cluster) {
+                    let computed = plan.probes()[*probe as usize].coefficients() as u32;
+                    prop_assert!(
+                        extent.rank == 0 || columns_of_probes <= cluster.probe_count * computed,
+                        "{extent:?} of a probe with {computed}"
+                    );
+                }
+            }
         }
     }
 }

@@ -6,7 +6,7 @@ use probelight_scene::Bounds;
 use super::input::FrameInput;
 use super::lod::LodSettings;
 use super::plan::FramePlan;
-use super::planner::Planner;
+use super::planner::{Planner, Thresholds};
 use crate::RuntimeError;
 
 /// Levels of detail and the present plan; everything at first.
@@ -37,6 +37,11 @@ impl FramePlans {
 
     pub(crate) fn plan(&self) -> &FramePlan {
         &self.plan
+    }
+
+    /// What of the plan may wait.
+    pub(crate) fn thresholds(&self) -> &Thresholds {
+        self.planner.thresholds()
     }
 
     /// Plans the next frame, with boxes around the scene's own objects. Allocates nothing, unless there are more than ever.

@@ -50,7 +50,9 @@ impl GpuRuntime {
         let mut encoder = new_encoder(&self.device);
         self.encode_shadow_maps(&mut encoder);
         // The later stages of a frame keep the GPU awake; the first one would use up the changes.
-        for stage in Stage::ALL[1..].iter().cycle().take(STAGES_BEFORE) {
+        // Where something may wait, they would leave nothing to do.
+        let stages_before = if self.work.is_some() { 0 } else { STAGES_BEFORE };
+        for stage in Stage::ALL[1..].iter().cycle().take(stages_before) {
             self.encode_stage(*stage, &mut encoder, None);
         }
         self.encode_stages_timed(&mut encoder, timestamps);

@@ -1,15 +1,15 @@
 //! Second half of stage 4: receivers beside the borders between clusters. The twin of `cpu::blend_borders`.
 
 use bytemuck::{Pod, Zeroable};
-use probelight_asset::{BakedScene, BorderBlend};
+use probelight_asset::BakedScene;
 use wgpu::BindingResource;
 
 use super::device::GpuError;
 use super::frame_buffers::{FrameBuffers, RGB_BYTES, level_view};
-use super::kernel::{Kernel, whole};
-use super::stage_shaders::{BLEND_BORDERS, STORE_BLENDED};
+use super::kernel::Kernel;
+use super::stage_shaders::{BLEND_BORDERS, KEEP_UNBLENDED};
 use super::storage::Storage;
-use crate::frame::ReceiverPlace;
+use crate::frame::{BorderRecord, ReceiverPlace, border_records};
 
 /// Invocations of a workgroup.
 pub(super) const WORKGROUP: usize = 64;
@@ -35,9 +35,10 @@ pub(super) struct BorderReceiver {
 /// Blends the irradiance of the receivers beside borders with what is across.
 #[derive(Debug)]
 pub(super) struct BlendBorders {
+    keep: (Kernel, wgpu::BindGroup),
     blend: (Kernel, wgpu::BindGroup),
-    store: (Kernel, wgpu::BindGroup),
     receivers: usize,
+    unblended: wgpu::Buffer,
 }
 
 impl BlendBorders {
@@ -46,53 +47,62 @@ impl BlendBorders {
         baked: &BakedScene,
         buffers: &FrameBuffers,
     ) -> Result<Self, GpuError> {
-        let records = baked.border_blends();
-        let border_receivers = border_receivers(&records, baked);
+        let (border_receivers, records) = border_receivers(baked);
         let receivers = storage.array("receivers beside borders", &border_receivers)?;
         let records = storage.array("blends across borders", &records)?;
-        let blended = storage.zeros("blended irradiance", RGB_BYTES * border_receivers.len() as u64)?;
-        let blend = Kernel::new(storage.device, &BLEND_BORDERS, None);
-        let extents = buffers.extents.clusters.as_entire_binding();
-        let inputs = whole(&[&receivers, &records, &buffers.irradiance, &blended]);
-        let group = blend.bind_at(storage.device, 0, (0..).zip(inputs).chain([(5, extents.clone())]));
-        let store = Kernel::new(storage.device, &STORE_BLENDED, None);
+        let unblended = storage.zeros("unblended irradiance", RGB_BYTES * border_receivers.len() as u64)?;
         let texels = level_view(&buffers.lightmap, 0);
-        let outputs = [
-            (0, receivers.as_entire_binding()),
-            (2, buffers.irradiance.as_entire_binding()),
-            (3, blended.as_entire_binding()),
-            (4, BindingResource::TextureView(&texels)),
-            (5, extents),
+        let resources = [
+            receivers.as_entire_binding(),
+            records.as_entire_binding(),
+            buffers.irradiance.as_entire_binding(),
+            unblended.as_entire_binding(),
+            BindingResource::TextureView(&texels),
+            buffers.extents.clusters.as_entire_binding(),
         ];
-        let store_group = store.bind_at(storage.device, 0, outputs);
-        Ok(Self { blend: (blend, group), store: (store, store_group), receivers: border_receivers.len() })
+        let bind = |shader, bindings: &[u32]| {
+            let kernel = Kernel::new(storage.device, shader, None);
+            let bound = bindings.iter().map(|binding| (*binding, resources[*binding as usize].clone()));
+            let group = kernel.bind_at(storage.device, 0, bound);
+            (kernel, group)
+        };
+        Ok(Self {
+            keep: bind(&KEEP_UNBLENDED, &[0, 2, 3, 5]),
+            blend: bind(&BLEND_BORDERS, &[0, 1, 2, 3, 4, 5]),
+            receivers: border_receivers.len(),
+            unblended,
+        })
     }
 
     pub(super) fn blend_borders(&self, pass: &mut wgpu::ComputePass) {
-        for (kernel, group) in [&self.blend, &self.store] {
+        for (kernel, group) in [&self.keep, &self.blend] {
             kernel.run(pass, &[group], self.receivers.div_ceil(WORKGROUP));
         }
     }
+
+    /// Forgets all light.
+    pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.clear_buffer(&self.unblended, 0, None);
+    }
 }
 
-/// Where the records of each receiver lie.
-fn border_receivers(records: &[BorderBlend], baked: &BakedScene) -> Vec<BorderReceiver> {
-    let receivers: Vec<u32> = BorderBlend::by_receiver(records).map(|records| records[0].receiver).collect();
-    let mut first_record = 0;
-    let record = |(records, place): (&[BorderBlend], ReceiverPlace)| {
-        let (receiver, record_count) = (records[0].receiver, records.len() as u32);
-        first_record += record_count;
-        BorderReceiver {
+/// Where the records of each receiver lie, and the records.
+fn border_receivers(baked: &BakedScene) -> (Vec<BorderReceiver>, Vec<BorderRecord>) {
+    let mut records = Vec::new();
+    let receiver = |(receiver, its): (u32, Vec<BorderRecord>)| {
+        let place = ReceiverPlace::at(&baked.clusters, receiver);
+        let border = BorderReceiver {
             receiver,
             texel: baked.receiver_texels[receiver as usize],
-            first_record: first_record - record_count,
-            record_count,
+            first_record: records.len() as u32,
+            record_count: its.len() as u32,
             cluster: place.cluster,
             index: place.index,
-        }
+        };
+        records.extend(its);
+        border
     };
-    BorderBlend::by_receiver(records)
-        .zip(ReceiverPlace::of(&baked.clusters, &receivers))
-        .map(record)
-        .collect()
+    let receivers =
+        border_records(&baked.clusters, &baked.border_blends()).into_iter().map(receiver).collect();
+    (receivers, records)
 }

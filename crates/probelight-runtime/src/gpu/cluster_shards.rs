@@ -63,6 +63,8 @@ pub(super) struct ClusterShard {
     pub(super) task_count: usize,
     /// Singular values.
     pub(super) row_count: usize,
+    /// Which these are among all.
+    pub(super) rows: Range<usize>,
     pub(super) clusters: wgpu::Buffer,
     /// Number of the signal in each column, among all signals.
     pub(super) column_signals: wgpu::Buffer,
@@ -202,8 +204,10 @@ fn part<'a, T>(
 
 impl ClusterShard {
     fn new(storage: &Storage, baked: &BakedScene, range: Range<usize>) -> Result<Self, GpuError> {
-        let arrays = ShardArrays::new(baked, range);
+        let arrays = ShardArrays::new(baked, range.clone());
+        let first_row = baked.clusters[range.start].row_scale_offset as usize;
         Ok(Self {
+            rows: first_row..first_row + arrays.row_scales.len(),
             cluster_count: arrays.clusters.len(),
             task_count: arrays.tasks.len(),
             row_count: arrays.row_scales.len(),

@@ -8,7 +8,7 @@ use crate::{Convergence, FrameInput};
 
 impl GpuRuntime {
     /// Computes frames without a view until the relative change of the receivers' irradiance is at most `tolerance`, at
-    /// most `max_steps`. It waits for the irradiance of each frame: for still pictures, not for real time.
+    /// most `max_steps`; nothing is put off. It waits for the irradiance of each frame: for still pictures, not for real time.
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
@@ -18,7 +18,7 @@ impl GpuRuntime {
     }
 
     /// Computes frames without a view until the relative change of the receivers' irradiance is at most `tolerance`, at
-    /// most `max_steps`. It reads the irradiance of each frame: for still pictures, not for real time.
+    /// most `max_steps`; nothing is put off. It reads the irradiance of each frame: for still pictures, not for real time.
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
@@ -30,6 +30,7 @@ impl GpuRuntime {
         let mut previous = self.read_irradiance_async().await?;
         let mut convergence = Convergence { steps: 0, change: f64::INFINITY };
         while convergence.steps < max_steps && convergence.change > tolerance {
+            self.forget_work();
             self.step(&FrameInput::default());
             let now = self.read_irradiance_async().await?;
             convergence.steps += 1;

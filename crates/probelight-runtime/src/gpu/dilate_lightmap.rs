@@ -10,6 +10,7 @@ use super::kernel::Kernel;
 use super::stage_shaders::DILATE_LIGHTMAP;
 use super::storage::Storage;
 use super::surfel_shards::receivers_of_texels;
+use crate::frame::ReceiverPlace;
 
 /// Invocations of a workgroup.
 pub(super) const WORKGROUP: usize = 64;
@@ -22,6 +23,8 @@ pub(super) struct TexelCopy {
     pub(super) texel: u32,
     /// Index of the receiver.
     pub(super) receiver: u32,
+    /// Index of the receiver's cluster.
+    pub(super) cluster: u32,
 }
 
 /// Fills the texels around charts that bilinear lookups touch.
@@ -39,8 +42,14 @@ impl DilateLightmap {
         buffers: &FrameBuffers,
     ) -> Result<Self, GpuError> {
         let receivers = receivers_of_texels(baked);
-        let copy =
-            |[texel, source]: &[u32; 2]| TexelCopy { texel: *texel, receiver: receivers[*source as usize] };
+        let copy = |[texel, source]: &[u32; 2]| {
+            let receiver = receivers[*source as usize];
+            TexelCopy {
+                texel: *texel,
+                receiver,
+                cluster: ReceiverPlace::at(&baked.clusters, receiver).cluster,
+            }
+        };
         let mut copies: Vec<TexelCopy> = baked.lightmap.dilation.iter().map(copy).collect();
         copies.sort_unstable_by_key(|copy| copy.texel);
         let kernel = Kernel::new(storage.device, &DILATE_LIGHTMAP, None);
@@ -49,6 +58,7 @@ impl DilateLightmap {
             records.as_entire_binding(),
             buffers.irradiance.as_entire_binding(),
             BindingResource::TextureView(&texels),
+            buffers.work.touched.as_entire_binding(),
         ];
         let group = kernel.bind(storage.device, 0, &resources);
         Ok(Self { kernel, group, copies: copies.len() })

@@ -9,7 +9,11 @@ use super::device::GpuError;
 use super::device::wait_for;
 use super::frame_buffers::RGB_BYTES;
 use super::gpu_runtime::GpuRuntime;
+#[cfg(feature = "blocking")]
+use super::readback::read_buffer;
 use super::readback::read_buffer_async;
+#[cfg(feature = "blocking")]
+use crate::ClusterExtent;
 use crate::IrradianceLightmap;
 
 impl GpuRuntime {
@@ -91,6 +95,15 @@ impl GpuRuntime {
             }
         }
         Ok(direct)
+    }
+
+    /// What the last frame computed of each cluster: of the [plan](Self::plan) what did not wait.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    #[cfg(feature = "blocking")]
+    pub fn read_work(&self) -> Result<Vec<ClusterExtent>, GpuError> {
+        read_buffer(&self.device, &self.queue, &self.buffers.extents.clusters)
     }
 
     /// Replaces the receivers' irradiance: the next frame's feedback.

@@ -6,6 +6,7 @@ use wgpu::{TextureFormat, TextureUsages};
 
 use super::device::GpuError;
 use super::frame_extents::FrameExtents;
+use super::frame_work::FrameWork;
 use super::storage::Storage;
 
 /// Format of the irradiance lightmap: filterable everywhere, and precise enough for light (eleven bits).
@@ -44,6 +45,7 @@ pub struct FrameBuffers {
     pub lightmap_view: wgpu::TextureView,
     pub(super) shape: wgpu::Buffer,
     pub(super) extents: FrameExtents,
+    pub(super) work: FrameWork,
 }
 
 impl FrameBuffers {
@@ -65,6 +67,7 @@ impl FrameBuffers {
             lightmap,
             shape: storage.uniform("signal shape", &shape),
             extents: FrameExtents::new(storage, baked)?,
+            work: FrameWork::new(storage, baked)?,
         })
     }
 }

@@ -45,6 +45,12 @@ impl FrameExtents {
         })
     }
 
+    /// Uploads a plan to where kernels have written another.
+    pub(super) fn upload_again(&mut self, queue: &wgpu::Queue, plan: &FramePlan) {
+        self.uploaded = FramePlan::default();
+        self.upload(queue, plan);
+    }
+
     /// Uploads what is not there yet of a plan.
     pub(super) fn upload(&mut self, queue: &wgpu::Queue, plan: &FramePlan) {
         if plan.clusters() != self.uploaded.clusters() {
@@ -58,7 +64,8 @@ impl FrameExtents {
     }
 }
 
-fn probe_records(extents: &[ProbeExtent], stored_rays: u32) -> Vec<ProbeRecord> {
+/// What is computed of probes, as shaders see it.
+pub(super) fn probe_records(extents: &[ProbeExtent], stored_rays: u32) -> Vec<ProbeRecord> {
     let record = |extent: &ProbeExtent| ProbeRecord {
         rays: extent.rays,
         coefficients: extent.coefficients() as u32,

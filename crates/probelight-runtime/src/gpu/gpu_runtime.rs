@@ -7,9 +7,11 @@ use probelight_math::glam::Vec3;
 use probelight_scene::Lighting;
 
 use super::blend_borders::BlendBorders;
+use super::choose_work::ChooseWork;
 use super::cluster_shards::{ClusterShard, cluster_shards};
 use super::device::{GpuError, checked, checked_async, new_encoder};
 use super::dilate_lightmap::DilateLightmap;
+use super::fill_receivers::FillReceivers;
 use super::frame_buffers::FrameBuffers;
 use super::gather_receivers::GatherReceivers;
 use super::grid_tables::GridTables;
@@ -24,7 +26,7 @@ use super::storage::Storage;
 use super::timestamps::FrameTimestamps;
 use crate::frame::FramePlans;
 use crate::scene_state::SceneState;
-use crate::{FrameInput, FramePlan, LodSettings, RuntimeError, Stage, SurfaceColors};
+use crate::{FrameInput, RuntimeError, Stage, SurfaceColors};
 
 /// How a [`GpuRuntime`] uses the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +55,9 @@ pub struct GpuRuntime {
     pub(super) queue: wgpu::Queue,
     pub(super) baked: Arc<BakedScene>,
     pub(super) state: SceneState,
-    plans: FramePlans,
+    pub(super) plans: FramePlans,
+    /// What of the plan is computed, where levels of detail let something wait.
+    pub(super) work: Option<Box<ChooseWork>>,
     geometry: SceneGeometry,
     shadow_maps: ShadowMaps,
     pub(super) moving: MovingGeometry,
@@ -70,6 +74,8 @@ pub(super) struct Stages {
     relight_probes: RelightProbes,
     project_clusters: ProjectClusters,
     gather_receivers: GatherReceivers,
+    /// Where levels of detail leave receivers out.
+    pub(super) fill_receivers: Option<FillReceivers>,
     pub(super) blend_borders: BlendBorders,
     dilate_lightmap: DilateLightmap,
     pub(super) reduce_lightmap: Option<ReduceLightmap>,
@@ -90,6 +96,7 @@ impl Stages {
             relight_probes: RelightProbes::new(storage, baked, buffers)?,
             project_clusters: ProjectClusters::new(device, shards, buffers),
             gather_receivers: GatherReceivers::new(device, shards, buffers),
+            fill_receivers: None,
             blend_borders: BlendBorders::new(storage, baked, buffers)?,
             dilate_lightmap: DilateLightmap::new(storage, baked, buffers)?,
             reduce_lightmap: reduces_lightmap.then(|| ReduceLightmap::new(device, buffers)),
@@ -147,6 +154,7 @@ impl GpuRuntime {
             device: device.clone(),
             queue: queue.clone(),
             plans: FramePlans::new(&baked),
+            work: None,
             baked,
             state,
             geometry,
@@ -223,40 +231,6 @@ impl GpuRuntime {
         Ok(self.state.set_emission(material, radiance)?)
     }
 
-    /// The levels of detail by which frames are planned.
-    pub fn lod(&self) -> &LodSettings {
-        self.plans.lod()
-    }
-
-    /// Changes the levels of detail from the next frame on.
-    ///
-    /// # Errors
-    /// See [`LodSettings::check`].
-    pub fn set_lod(&mut self, lod: LodSettings) -> Result<(), GpuError> {
-        Ok(self.plans.set_lod(lod)?)
-    }
-
-    /// What stages compute; everything at first.
-    pub fn plan(&self) -> &FramePlan {
-        self.plans.plan()
-    }
-
-    /// Plans the stages that are encoded from now on.
-    pub fn plan_frame(&mut self, input: &FrameInput) {
-        self.plans.plan_frame(&self.baked, input, self.state.objects.bounds());
-        self.buffers.extents.upload(&self.queue, self.plans.plan());
-    }
-
-    /// Takes a plan of the caller's for the stages that are encoded from now on.
-    ///
-    /// # Errors
-    /// [`RuntimeError::ForeignPlan`] if the plan is one for another scene.
-    pub fn set_plan(&mut self, plan: &FramePlan) -> Result<(), GpuError> {
-        self.plans.set_plan(&self.baked, plan)?;
-        self.buffers.extents.upload(&self.queue, self.plans.plan());
-        Ok(())
-    }
-
     /// Encodes one frame, which adds one bounce to the lightmap. Changes and plans reach the GPU with the next
     /// submission to the queue, so submit before the next change.
     pub fn encode(&mut self, input: &FrameInput, encoder: &mut wgpu::CommandEncoder) {
@@ -312,9 +286,12 @@ impl GpuRuntime {
             label: Some(stage.name()),
             timestamp_writes: timestamps.map(|timestamps| timestamps.writes(stage)),
         });
-        let stages = &self.stages;
+        let (stages, work) = (&self.stages, self.work.as_ref());
         match stage {
             Stage::LightSurfels => {
+                if let Some(work) = work {
+                    work.find_dirty_blocks(pass);
+                }
                 if stale.direct {
                     stages.light_surfels.light_samples(pass, self.shadow_maps.bind_group());
                 }
@@ -322,11 +299,33 @@ impl GpuRuntime {
                     stages.light_surfels.shade(pass);
                 }
                 stages.light_surfels.light_surfels(pass);
+                if let Some(work) = work {
+                    work.measure_signals(pass);
+                }
             }
-            Stage::RelightProbes => stages.relight_probes.relight_probes(pass),
-            Stage::ProjectClusters => stages.project_clusters.project_clusters(pass),
+            Stage::RelightProbes => {
+                if let Some(work) = work {
+                    work.choose_probes(pass);
+                }
+                stages.relight_probes.relight_probes(pass);
+                if let Some(work) = work {
+                    work.measure_bands(pass);
+                }
+            }
+            Stage::ProjectClusters => {
+                if let Some(work) = work {
+                    work.choose_clusters(pass);
+                }
+                stages.project_clusters.project_clusters(pass);
+                if let Some(work) = work {
+                    work.note_light(pass);
+                }
+            }
             Stage::GatherReceivers => {
                 stages.gather_receivers.gather_receivers(pass);
+                if let Some(fills) = &stages.fill_receivers {
+                    fills.fill_receivers(pass);
+                }
                 stages.blend_borders.blend_borders(pass);
             }
             Stage::DilateLightmap => stages.dilate_lightmap.dilate_lightmap(pass),
@@ -350,8 +349,13 @@ impl GpuRuntime {
             self.stages.relight_probes.set_sky(queue, baked, &state.lighting.sky);
         }
         self.encode_shadow_maps(encoder);
-        let direct = stale.direct || std::mem::replace(&mut self.moved, false);
-        Changes { direct, shading: direct || stale.shading }
+        let direct = std::mem::replace(&mut self.moved, false) || stale.direct;
+        let changes = Changes { direct, shading: direct || stale.shading };
+        if let Some(work) = &mut self.work {
+            let sky_differs = stale.sky && self.baked.settings.sky_degree.is_none();
+            work.begin(encoder, &self.buffers, changes.shading, sky_differs);
+        }
+        changes
     }
 
     /// Computes one frame in a submission of its own.
@@ -363,8 +367,10 @@ impl GpuRuntime {
 
     /// Forgets all bounced light: the next frame starts from darkness. The lightmap keeps what it shows until then.
     pub fn reset(&mut self) {
+        self.forget_work();
         let mut encoder = new_encoder(&self.device);
         encoder.clear_buffer(&self.buffers.irradiance, 0, None);
+        self.stages.blend_borders.clear(&mut encoder);
         self.queue.submit([encoder.finish()]);
     }
 }

@@ -76,7 +76,8 @@ impl LightSurfels {
             let shading = [&decode, &materials, &data.first_bounces, &data.first_samples, &data.colors];
             let shading = [&shading[..], &[&data.direct, &data.bounces, &data.unbounced]].concat();
             let feedback = [&first_surfel, &data.first_bounces, &data.bounces, &data.unbounced];
-            let feedback = [&feedback[..], &[&buffers.irradiance, &buffers.signals]].concat();
+            let feedback =
+                [&feedback[..], &[&buffers.irradiance, &buffers.signals, &buffers.work.dirty]].concat();
             Shard {
                 places: light_samples.bind(device, 1, &whole(&[&data.places, &data.direct])),
                 shading: shade_surfels.bind(device, 0, &whole(&shading)),

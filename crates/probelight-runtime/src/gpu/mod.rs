@@ -23,7 +23,7 @@
 //! | `exchange` | reading it, and replacing it in tests |
 //! | `light_surfels` … `reduce_lightmap` | a stage each |
 //! | `surfel_shards`, `surfel_groups`, `cluster_shards` | the baked scene, arranged for the shaders |
-//! | `frame_extents` | how much of it a frame computes |
+//! | `plan`, `frame_extents`, `frame_work`, `choose_work` | how much of it a frame computes, and what of that is new |
 //! | [`stage_shaders`], `kernel`, `storage`, [`filled_buffer`] | shaders, what they are bound to, buffers |
 //! | [`bindings`] | bind groups of resources in their order |
 //! | [`timestamps`], `stage_bytes`, `benchmark` | how long stages take, what they move, and what the memory allows |
@@ -40,14 +40,17 @@ pub mod benchmark;
 pub mod bindings;
 mod blend_borders;
 mod cast_shadows;
+mod choose_work;
 mod cluster_shards;
 mod converge;
 pub mod device;
 mod dilate_lightmap;
 mod exchange;
+mod fill_receivers;
 pub mod filled_buffer;
 pub mod frame_buffers;
 mod frame_extents;
+mod frame_work;
 mod gather_receivers;
 pub mod gpu_runtime;
 pub mod grid_tables;
@@ -55,6 +58,7 @@ mod kernel;
 mod light_surfels;
 pub mod moving_geometry;
 mod objects;
+mod plan;
 mod project_clusters;
 pub mod readback;
 mod reduce_lightmap;

@@ -24,8 +24,11 @@ impl ReduceLightmap {
         let texture = &buffers.lightmap;
         let bind = |level: u32| {
             let views = [level_view(texture, level - 1), level_view(texture, level)];
-            let resources =
-                [BindingResource::TextureView(&views[0]), BindingResource::TextureView(&views[1])];
+            let resources = [
+                BindingResource::TextureView(&views[0]),
+                BindingResource::TextureView(&views[1]),
+                buffers.work.flags.as_entire_binding(),
+            ];
             let size = [texture.width(), texture.height()].map(|side| (side >> level).max(1));
             (kernel.bind(device, 0, &resources), size.map(|side| side.div_ceil(WORKGROUP)))
         };

@@ -3,14 +3,17 @@
 use half::f16;
 use naga::Module;
 use probelight_asset::packed::{EXPONENT_STEPS, GAIN_STEPS, Ranks, STEEPEST_SLOPE};
-use probelight_asset::{BorderBlend, GridCell, MAX_GRID_ROWS, NONE};
+use probelight_asset::{GridCell, MAX_GRID_ROWS, MAX_SH_DEGREE, NONE};
+use probelight_math::sh::Y00;
 
 use super::blend_borders::BorderReceiver;
 use super::cast_shadows::AlphaTestRecord;
+use super::choose_work::{ClusterWish, ProbeState, ProbeWish, WorkRules};
 use super::cluster_shards::{ClusterRecord, GATHER_BLOCK, GatherTask};
 use super::dilate_lightmap::TexelCopy;
 use super::frame_buffers::SignalShape;
 use super::frame_extents::ProbeRecord;
+use super::frame_work::FrameFlags;
 use super::grid_tables::{GRID_AXES, GRID_SH2, GRID_SIX_COSINES, GridRecord};
 use super::light_surfels::MaterialColors;
 use super::moving_geometry::PlacementRecord;
@@ -23,10 +26,14 @@ use super::shadow_views::{
 use super::stage_shaders::STAGE_SHADERS;
 use super::surfel_groups::{GroupRecord, Levels};
 use super::surfel_shards::{Bounce, SampleColors, SamplePlace};
+use crate::frame::{
+    BLOCK, BORDER_SLOT, BorderRecord, ChangeTerm, FillRecord, NEXT_TO_NOTHING, PROBES_SHARE, URGENCIES,
+    URGENCY_STEP_BITS, Waiting,
+};
 use crate::grid_places::{BORROWED, GridPlace};
 use crate::irradiance_grid::LAMP_PASSES;
 use crate::object_spheres::FADE_FROM;
-use crate::{ClusterExtent, ObjectSphere};
+use crate::{ClusterExtent, FADE_STEPS, ObjectSphere};
 
 /// All shaders of the crate, by the name of their function.
 fn sources() -> Vec<(&'static str, String)> {
@@ -111,7 +118,8 @@ fn records() -> Vec<(&'static str, Layout)> {
         record!(Levels as "Levels" { first_group, level_count }),
         record!(SignalShape as "SignalShape" { scalar_signals, coefficients, rays, probes }),
         record!(ProbeRecord as "ProbeRecord" { rays, coefficients, first_weight }),
-        record!(ClusterExtent as "ClusterExtent" { rank, columns, receivers }),
+        record!(ClusterExtent as "ClusterExtent" { rank, columns, receivers, solid, fade, fill }),
+        record!(FillRecord as "FillRecord" { sources, weights }),
         record!(Ranks as "Ranks" { f16, snorm8, snorm4 }),
         record!(ClusterRecord as "ClusterRecord" {
             number, first_receiver, first_texel, receiver_count, first_column, column_count, receiver_ranks,
@@ -121,8 +129,17 @@ fn records() -> Vec<(&'static str, Layout)> {
         record!(BorderReceiver as "BorderReceiver" {
             receiver, texel, first_record, record_count, cluster, index,
         }),
-        record!(BorderBlend as "BorderBlend" { receiver, neighbor, beyond }),
-        record!(TexelCopy as "TexelCopy" { texel, receiver }),
+        record!(BorderRecord as "BorderRecord" { neighbor, beyond, across }),
+        record!(TexelCopy as "TexelCopy" { texel, receiver, cluster }),
+        record!(FrameFlags as "FrameFlags" { is_quiet, any_dirty, any_touched }),
+        record!(WorkRules as "WorkRules" {
+            longest_wait, most_words, surfels, first_emitter, scalar_signals, blocks, bands, coefficients,
+        }),
+        record!(ClusterWish as "ClusterWish" { wanted, words, threshold }),
+        record!(ProbeWish as "ProbeWish" { wanted, threshold }),
+        record!(ProbeState as "ProbeState" { held, waiting }),
+        record!(Waiting as "Waiting" { change, light, frames, urgency }),
+        record!(ChangeTerm as "ChangeTerm" { source, weight }),
         record!(LightRecord as "Light" {
             position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count,
             inverse_squared_range, unused,
@@ -157,7 +174,16 @@ fn partners() -> Partners {
             ("GAIN_STEPS", f64::from(GAIN_STEPS)),
             ("EXPONENT_STEPS", f64::from(EXPONENT_STEPS)),
             ("STEEPEST_SLOPE", f64::from(STEEPEST_SLOPE)),
+            ("BORDER_SLOT", f64::from(BORDER_SLOT)),
+            ("SOURCE_SIGNALS", BLOCK as f64),
+            ("URGENCIES", URGENCIES as f64),
+            ("URGENCY_STEP_BITS", f64::from(URGENCY_STEP_BITS)),
+            ("NEXT_TO_NOTHING", f64::from(NEXT_TO_NOTHING)),
+            ("PROBES_SHARE", f64::from(PROBES_SHARE)),
+            ("Y00", f64::from(Y00)),
+            ("MOST_BANDS", f64::from(MAX_SH_DEGREE + 1)),
             ("BLOCK", f64::from(GATHER_BLOCK)),
+            ("FADE_STEPS", f64::from(FADE_STEPS)),
             ("PROBES", super::relight_probes::PROBES as f64),
             ("PANEL", super::relight_probes::PANEL as f64),
             ("MAX_LIGHTS", MAX_SHADOW_VIEWS as f64),
@@ -200,7 +226,7 @@ fn every_struct_in_a_buffer_and_every_constant_has_a_partner() {
 
 /// What [`Partners::compare`] says of one shader that uses a record and a constant.
 fn compare_with(declarations: &str, constants: Vec<(&'static str, Vec<f64>)>) -> Vec<String> {
-    let records = vec![record!(TexelCopy as "TexelCopy" { texel, receiver })];
+    let records = vec![record!(TexelCopy as "TexelCopy" { texel, receiver, cluster })];
     let source = format!(
         "{declarations}\n@group(0) @binding(0) var<storage, read> copies: array<TexelCopy>;\n\
          @compute @workgroup_size(64)\nfn copy() {{ _ = copies[0]; }}"
@@ -211,19 +237,19 @@ fn compare_with(declarations: &str, constants: Vec<(&'static str, Vec<f64>)>) ->
 
 #[test]
 fn wrong_and_missing_partners_are_noticed() {
-    let right = "struct TexelCopy { texel: u32, receiver: u32 }";
+    let right = "struct TexelCopy { texel: u32, receiver: u32, cluster: u32 }";
     let steps = || constants(&[("STEPS", 8.0)]);
     assert!(compare_with(right, Vec::new()).is_empty());
     assert!(compare_with(&format!("const STEPS: u32 = 8u;\n{right}"), steps()).is_empty());
     for wrong in [
-        "struct TexelCopy { receiver: u32, texel: u32 }",
+        "struct TexelCopy { receiver: u32, texel: u32, cluster: u32 }",
         "struct TexelCopy { texel: u32 }",
-        "struct TexelCopy { texel: u32, receiver: vec2u }",
-        "struct TexelCopy { texel: u32, receiver: u32, more: u32 }",
-        "struct Inner { texel: u32 }\nstruct TexelCopy { texel: Inner, receiver: u32 }",
-        "const STEPS: u32 = 8u;\nstruct TexelCopy { texel: u32, receiver: u32 }",
-        "const STEPS = 8.0;\nstruct TexelCopy { texel: u32, receiver: u32 }",
-        "const WORKGROUP: u32 = 32u;\nstruct TexelCopy { texel: u32, receiver: u32 }",
+        "struct TexelCopy { texel: u32, receiver: vec2u, cluster: u32 }",
+        "struct TexelCopy { texel: u32, receiver: u32, cluster: u32, more: u32 }",
+        "struct Inner { texel: u32 }\nstruct TexelCopy { texel: Inner, receiver: u32, cluster: u32 }",
+        "const STEPS: u32 = 8u;\nstruct TexelCopy { texel: u32, receiver: u32, cluster: u32 }",
+        "const STEPS = 8.0;\nstruct TexelCopy { texel: u32, receiver: u32, cluster: u32 }",
+        "const WORKGROUP: u32 = 32u;\nstruct TexelCopy { texel: u32, receiver: u32, cluster: u32 }",
     ] {
         assert!(!compare_with(wrong, Vec::new()).is_empty(), "{wrong}");
     }
@@ -243,10 +269,23 @@ fn layouts_leave_out_what_fills_gaps() {
 fn workgroups_have_the_size_that_dispatches_count_with() {
     for (size, entry_points) in [
         (super::light_surfels::WORKGROUP, &["light_samples", "shade_surfels", "light_surfels"][..]),
-        (super::blend_borders::WORKGROUP, &["blend_borders", "store_blended"]),
+        (super::blend_borders::WORKGROUP, &["keep_unblended", "blend_borders"]),
         (super::dilate_lightmap::WORKGROUP, &["dilate_lightmap"]),
         (super::reduce_lightmap::WORKGROUP.pow(2) as usize, &["reduce_lightmap"]),
         (super::surfel_groups::WORKGROUP, &["group_level", "group_levels"]),
+        (
+            super::choose_work::WORKGROUP,
+            &[
+                "find_dirty_blocks",
+                "choose_probes",
+                "choose_clusters",
+                "admit_clusters",
+                "touch_clusters",
+                "note_light",
+            ],
+        ),
+        (BLOCK, &["measure_signals"]),
+        (GATHER_BLOCK as usize, &["fill_receivers"]),
     ] {
         for entry_point in entry_points {
             let (_, module) = modules().into_iter().find(|(name, _)| name == entry_point).unwrap();

@@ -76,7 +76,7 @@ impl SurfelGroups {
             let record = Levels { first_group: start as u32, level_count: levels.len() as u32 };
             let level_ends = storage.array("level ends", &level_ends)?;
             let record = storage.uniform("levels", &record);
-            let resources = whole(&[&records, &level_ends, &record, &buffers.signals]);
+            let resources = whole(&[&records, &level_ends, &record, &buffers.signals, &buffers.work.flags]);
             let kernel = if is_wide { &wide } else { &narrow };
             dispatches.push(Dispatch {
                 group: kernel.bind(device, 0, &resources),

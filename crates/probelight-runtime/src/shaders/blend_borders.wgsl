@@ -1,5 +1,5 @@
-// Second half of stage 4: receivers beside the borders between clusters. First all are blended from what was gathered,
-// then the results take its place.
+// Second half of stage 4: receivers beside the borders between clusters. First what was gathered is kept, then all that
+// may have changed are blended from what is kept, and take their place among the receivers.
 
 struct BorderReceiver {
     receiver: u32,
@@ -13,39 +13,47 @@ struct BorderReceiver {
     index: u32,
 }
 
-struct BorderBlend {
-    receiver: u32,
-    /// The next receiver across the border, and the one behind it.
+/// What a receiver beside a border blends with across it.
+struct BorderRecord {
+    /// The next receiver across: its slot, or its number.
     neighbor: u32,
+    /// The one behind it.
     beyond: u32,
+    /// Their cluster.
+    across: u32,
 }
+
+/// Marks the number of a slot, which is that of a receiver beside a border, where others are those of receivers.
+const BORDER_SLOT: u32 = 0x80000000u;
 
 /// Steepest slope that is continued across a border, per texel, as a share of the irradiance: `STEEPEST_SLOPE` of the
 /// asset.
 const STEEPEST_SLOPE: f32 = 0.25;
 
 @group(0) @binding(0) var<storage, read> border_receivers: array<BorderReceiver>;
-@group(0) @binding(1) var<storage, read> records: array<BorderBlend>;
+@group(0) @binding(1) var<storage, read> records: array<BorderRecord>;
 /// Irradiance of all receivers, W/m².
 @group(0) @binding(2) var<storage, read_write> irradiance: array<f32>;
-/// Blended irradiance of the receivers beside borders, W/m².
-@group(0) @binding(3) var<storage, read_write> blended: array<f32>;
+/// Irradiance of the receivers beside borders as it was gathered, W/m².
+@group(0) @binding(3) var<storage, read_write> unblended: array<f32>;
 @group(0) @binding(4) var lightmap: texture_storage_2d<rgba16float, write>;
 /// Of all clusters.
 @group(0) @binding(5) var<storage, read> extents: array<ClusterExtent>;
 
-fn is_computed(place: BorderReceiver) -> bool {
-    return place.index < extents[place.cluster].receivers;
+fn kept(slot: u32) -> vec3f {
+    return vec3f(unblended[3u * slot], unblended[3u * slot + 1u], unblended[3u * slot + 2u]);
 }
 
-fn gathered(receiver: u32) -> vec3f {
-    let at = 3u * receiver;
-    return vec3f(irradiance[at], irradiance[at + 1u], irradiance[at + 2u]);
+/// What was gathered for a receiver or a slot.
+fn gathered(source: u32) -> vec3f {
+    if (source & BORDER_SLOT) != 0u {
+        return kept(source ^ BORDER_SLOT);
+    }
+    return vec3f(irradiance[3u * source], irradiance[3u * source + 1u], irradiance[3u * source + 2u]);
 }
 
 /// What the cluster across the border would say.
-fn continued(record: BorderBlend) -> vec3f {
-    let own = gathered(record.receiver);
+fn continued(own: vec3f, record: BorderRecord) -> vec3f {
     let neighbor = gathered(record.neighbor);
     let beyond = gathered(record.beyond);
     let steepest = STEEPEST_SLOPE * abs(neighbor);
@@ -54,44 +62,47 @@ fn continued(record: BorderBlend) -> vec3f {
 }
 
 @compute @workgroup_size(64)
+fn keep_unblended(
+    @builtin(workgroup_id) workgroup: vec3u,
+    @builtin(num_workgroups) workgroups: vec3u,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let slot = linear_workgroup(workgroup, workgroups) * 64u + local;
+    if slot >= arrayLength(&border_receivers) {
+        return;
+    }
+    let place = border_receivers[slot];
+    let extent = extents[place.cluster];
+    if place.index < extent.receivers || extent.fill > 0u {
+        let at = 3u * place.receiver;
+        unblended[3u * slot] = irradiance[at];
+        unblended[3u * slot + 1u] = irradiance[at + 1u];
+        unblended[3u * slot + 2u] = irradiance[at + 2u];
+    }
+}
+
+@compute @workgroup_size(64)
 fn blend_borders(
     @builtin(workgroup_id) workgroup: vec3u,
     @builtin(num_workgroups) workgroups: vec3u,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let number = linear_workgroup(workgroup, workgroups) * 64u + local;
-    if number >= arrayLength(&border_receivers) {
+    let slot = linear_workgroup(workgroup, workgroups) * 64u + local;
+    if slot >= arrayLength(&border_receivers) {
         return;
     }
-    let place = border_receivers[number];
-    if !is_computed(place) {
-        return;
-    }
-    var sum = 2.0 * gathered(place.receiver);
+    let place = border_receivers[slot];
+    let own = kept(slot);
+    var sum = 2.0 * own;
+    var is_new = extents[place.cluster].receivers > 0u;
     for (var i = place.first_record; i < place.first_record + place.record_count; i++) {
-        sum += continued(records[i]);
+        sum += continued(own, records[i]);
+        is_new = is_new || extents[records[i].across].receivers > 0u;
     }
-    sum /= f32(place.record_count + 2u);
-    blended[3u * number] = sum.x;
-    blended[3u * number + 1u] = sum.y;
-    blended[3u * number + 2u] = sum.z;
-}
-
-@compute @workgroup_size(64)
-fn store_blended(
-    @builtin(workgroup_id) workgroup: vec3u,
-    @builtin(num_workgroups) workgroups: vec3u,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let number = linear_workgroup(workgroup, workgroups) * 64u + local;
-    if number >= arrayLength(&border_receivers) {
+    if !is_new {
         return;
     }
-    let place = border_receivers[number];
-    if !is_computed(place) {
-        return;
-    }
-    let value = vec3f(blended[3u * number], blended[3u * number + 1u], blended[3u * number + 2u]);
+    let value = sum / f32(place.record_count + 2u);
     let to = 3u * place.receiver;
     irradiance[to] = value.x;
     irradiance[to + 1u] = value.y;

@@ -7,12 +7,6 @@
 // A column has as many words as the stored receivers need; a frame computes the leading receivers and columns of the
 // extent.
 
-struct GatherTask {
-    cluster: u32,
-    /// First receiver, counted within the cluster; a multiple of BLOCK.
-    first: u32,
-}
-
 const WORKGROUP: u32 = 64u;
 /// Receivers of a workgroup.
 const BLOCK: u32 = 4u * WORKGROUP;

@@ -1,4 +1,4 @@
-// Stage 1, every frame: radiance of the surfel groups, from small to large.
+// Stage 1, every frame in which a surfel is lit: radiance of the surfel groups, from small to large.
 //
 // The groups are sorted by level: a group needs nothing of its own level or above. `group_level` computes a wide
 // level with many workgroups; `group_levels` all narrow levels above the wide ones, one after the other, with one
@@ -26,6 +26,7 @@ struct Levels {
 @group(0) @binding(1) var<storage, read> level_ends: array<u32>;
 @group(0) @binding(2) var<uniform> levels: Levels;
 @group(0) @binding(3) var<storage, read_write> signals: array<f32>;
+@group(0) @binding(4) var<storage, read_write> flags: FrameFlags;
 
 const WORKGROUP: u32 = 256u;
 
@@ -44,13 +45,16 @@ fn group_level(
     @builtin(local_invocation_index) local: u32,
 ) {
     let number = levels.first_group + linear_workgroup(workgroup, workgroups) * WORKGROUP + local;
-    if number < level_ends[0] {
+    if number < level_ends[0] && atomicLoad(&flags.any_dirty) != 0u {
         mix_patches(number);
     }
 }
 
 @compute @workgroup_size(256)
 fn group_levels(@builtin(local_invocation_index) local: u32) {
+    if atomicLoad(&flags.any_dirty) == 0u {
+        return;
+    }
     var first = levels.first_group;
     for (var level = 0u; level < levels.level_count; level++) {
         let end = level_ends[level];

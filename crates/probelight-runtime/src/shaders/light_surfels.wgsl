@@ -1,4 +1,4 @@
-// Stage 1, every frame: radiance of the surfels with last frame's irradiance as feedback.
+// Stage 1, every frame: radiance of the surfels with last frame's irradiance as feedback, where that is new.
 
 /// Number of the shard's first surfel.
 @group(0) @binding(0) var<uniform> first_surfel: u32;
@@ -10,6 +10,8 @@
 /// Irradiance of all receivers in the last frame.
 @group(0) @binding(4) var<storage, read> irradiance: array<f32>;
 @group(0) @binding(5) var<storage, read_write> signals: array<f32>;
+/// Of each block of signals, whether its surfels reflect anything new.
+@group(0) @binding(6) var<storage, read> dirty: array<u32>;
 
 @compute @workgroup_size(64)
 fn light_surfels(
@@ -18,7 +20,7 @@ fn light_surfels(
     @builtin(local_invocation_index) local: u32,
 ) {
     let surfel = linear_workgroup(workgroup, workgroups) * 64u + local;
-    if surfel + 1u >= arrayLength(&first_bounces) {
+    if surfel + 1u >= arrayLength(&first_bounces) || dirty[(first_surfel + surfel) / SOURCE_SIGNALS] == 0u {
         return;
     }
     var radiance = vec3f(unbounced[3u * surfel], unbounced[3u * surfel + 1u], unbounced[3u * surfel + 2u]);

@@ -163,12 +163,12 @@ fn project_clusters(
         workgroupBarrier();
         quads[local] = array<vec4f, 3>(sums.red, sums.green, sums.blue);
         workgroupBarrier();
-        store_coefficients(cluster, first_group, local);
+        store_coefficients(cluster, extent, first_group, local);
     }
 }
 
 /// Adds up what the invocations summed: three channels of four rows for each group.
-fn store_coefficients(cluster: ClusterRecord, first_group: u32, local: u32) {
+fn store_coefficients(cluster: ClusterRecord, extent: ClusterExtent, first_group: u32, local: u32) {
     let slot = local / 12u;
     let channel = local % 3u;
     let ahead = local / 3u % 4u;
@@ -186,5 +186,6 @@ fn store_coefficients(cluster: ClusterRecord, first_group: u32, local: u32) {
         sum += quads[slot * LANES + i][channel][ahead];
     }
     let b_row = cluster.first_row + row;
-    coefficients[3u * b_row + channel] = sum * row_scales[b_row];
+    let weight = select(f32(extent.fade) / f32(FADE_STEPS), 1.0, row < extent.solid);
+    coefficients[3u * b_row + channel] = sum * (row_scales[b_row] * weight);
 }

@@ -4,10 +4,11 @@
 
 @group(0) @binding(0) var finer: texture_2d<f32>;
 @group(0) @binding(1) var coarser: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(2) var<storage, read_write> flags: FrameFlags;
 
 @compute @workgroup_size(8, 8)
 fn reduce_lightmap(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(coarser)) {
+    if any(id.xy >= textureDimensions(coarser)) || atomicLoad(&flags.any_touched) == 0u {
         return;
     }
     let last = textureDimensions(finer) - 1u;

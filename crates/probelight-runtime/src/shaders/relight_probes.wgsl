@@ -15,16 +15,6 @@ const PROBES: u32 = 4u;
 /// Most quads of coefficients of a workgroup.
 const PANEL: u32 = 16u;
 
-/// What a frame computes of a probe.
-struct ProbeRecord {
-    /// Leading rays; with none, nothing is computed.
-    rays: u32,
-    /// Leading coefficients.
-    coefficients: u32,
-    /// First of the weights of so many rays.
-    first_weight: u32,
-}
-
 @group(0) @binding(0) var<uniform> shape: SignalShape;
 /// The surfel that each ray meets, or NONE for the sky; a probe's rays in a row.
 @group(0) @binding(1) var<storage, read> relight_surfels: array<u32>;

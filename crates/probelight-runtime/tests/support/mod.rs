@@ -17,7 +17,7 @@ pub(crate) use probelight_runtime::synthetic::{
     SyntheticSize as Size, add_quad, floor_and_shade, horizontal_quad, material,
     synthetic_lighting as all_lights, synthetic_room as random_room,
 };
-use probelight_runtime::{ClusterExtent, FramePlan, ProbeExtent, Runtime};
+use probelight_runtime::{ClusterExtent, FADE_STEPS, FramePlan, ProbeExtent, Runtime};
 use probelight_scene::{Lighting, Scene, Sky};
 
 /// Largest difference, relative to the largest value (if there is one); NaN if there is one.
@@ -67,6 +67,9 @@ pub(crate) fn random_plan(baked: &BakedScene, rng: &mut Rng) -> FramePlan {
             rank: below(cluster.rank()),
             columns: below(baked.column_count(cluster) as u32),
             receivers: below(cluster.receiver_count),
+            solid: below(cluster.rank()),
+            fade: below(FADE_STEPS),
+            fill: 0,
         })
         .collect();
     let rays = baked.relight_directions.len() as u32;

@@ -20,6 +20,8 @@ pub(crate) struct SlowFrame {
     pub(crate) coefficients: Vec<Vec<DVec3>>,
     /// Per singular value.
     pub(crate) cluster_coefficients: Vec<DVec3>,
+    /// Per receiver, before borders are blended.
+    pub(crate) gathered: Vec<DVec3>,
     /// Per receiver.
     pub(crate) irradiance: Vec<DVec3>,
     /// Per texel.
@@ -34,6 +36,7 @@ impl SlowFrame {
             signals: dark(baked.scalar_signals()),
             coefficients: vec![dark(baked.coefficients()); baked.probes.len()],
             cluster_coefficients: dark(baked.row_scales.len()),
+            gathered: dark(baked.receiver_texels.len()),
             irradiance: dark(baked.receiver_texels.len()),
             lightmap: dark((baked.lightmap.width * baked.lightmap.height) as usize),
         }
@@ -55,14 +58,15 @@ pub(crate) fn slow_frame(
         let columns = columns(baked, cluster, *extent, &frame);
         for row in 0..extent.rank as usize {
             let place = cluster.row_scale_offset as usize + row;
-            frame.cluster_coefficients[place] = cluster_coefficient(baked, cluster, &columns, row);
+            let weight = if row < extent.solid as usize { 1.0 } else { f64::from(extent.fade) / 16.0 };
+            frame.cluster_coefficients[place] = weight * cluster_coefficient(baked, cluster, &columns, row);
         }
         for receiver in 0..extent.receivers as usize {
-            frame.irradiance[cluster.first_receiver as usize + receiver] =
+            frame.gathered[cluster.first_receiver as usize + receiver] =
                 gather(baked, cluster, *extent, receiver, &frame.cluster_coefficients);
         }
     }
-    frame.irradiance = blend_borders(baked, plan, &frame.irradiance);
+    frame.irradiance = blend_borders(baked, &frame.gathered);
     for (texel, value) in baked.receiver_texels.iter().zip(&frame.irradiance) {
         frame.lightmap[*texel as usize] = *value;
     }
@@ -70,6 +74,24 @@ pub(crate) fn slow_frame(
         frame.lightmap[*to as usize] = frame.lightmap[*from as usize];
     }
     frame
+}
+
+/// Irradiance that all of a cluster's receivers would have, given its signals and probes.
+pub(crate) fn irradiance_of_cluster(baked: &BakedScene, cluster: &Cluster, frame: &SlowFrame) -> Vec<DVec3> {
+    let extent = ClusterExtent {
+        rank: cluster.rank(),
+        columns: baked.column_count(cluster) as u32,
+        receivers: cluster.receiver_count,
+        ..ClusterExtent::ALL
+    };
+    let mut coefficients = frame.cluster_coefficients.clone();
+    let columns = columns(baked, cluster, extent, frame);
+    for row in 0..extent.rank as usize {
+        coefficients[cluster.row_scale_offset as usize + row] =
+            cluster_coefficient(baked, cluster, &columns, row);
+    }
+    let receivers = 0..cluster.receiver_count as usize;
+    receivers.map(|receiver| gather(baked, cluster, extent, receiver, &coefficients)).collect()
 }
 
 /// Irradiance of one of a cluster's receivers.
@@ -89,14 +111,10 @@ fn gather(
     rows.iter().enumerate().map(|(k, b)| value(k) * *b).sum()
 }
 
-/// A receiver's own cluster counts twice, each of its records once. What is not computed was blended before.
-fn blend_borders(baked: &BakedScene, plan: &FramePlan, gathered: &[DVec3]) -> Vec<DVec3> {
+/// A receiver's own cluster counts twice, each of its records once, whenever they were computed.
+fn blend_borders(baked: &BakedScene, gathered: &[DVec3]) -> Vec<DVec3> {
     let mut sums: Vec<(DVec3, f64)> = gathered.iter().map(|own| (2.0 * own, 2.0)).collect();
-    let mut is_computed = vec![false; gathered.len()];
-    for (cluster, extent) in baked.clusters.iter().zip(plan.clusters()) {
-        is_computed[cluster.first_receiver as usize..][..extent.receivers as usize].fill(true);
-    }
-    for blend in baked.border_blends().iter().filter(|blend| is_computed[blend.receiver as usize]) {
+    for blend in &baked.border_blends() {
         let [neighbor, beyond] = [blend.neighbor, blend.beyond].map(|i| gathered[i as usize]);
         let own = gathered[blend.receiver as usize];
         let steepest = 0.25 * neighbor.abs();
