@@ -77,11 +77,15 @@ pub(crate) struct SettingFlags {
     /// Leave the jumps where clusters meet as they are [default: they blend; not with --method paper]
     #[arg(long)]
     hard_borders: bool,
-    /// Vertices of the grid that keeps light in free space for moving objects, over all of the scene's
-    /// bounds; 0 for none [default: one for 20 receivers, at least 6000]
+    /// Vertices of the grid that keeps light in free space for moving objects; 0 for none [default: one
+    /// for 55 receivers, at least 6000]
     #[arg(long, value_name = "N", conflicts_with = "grid_spacing")]
     grid: Option<u32>,
-    /// Distance between neighbouring vertices of the grid, metres, instead of --grid
+    /// Distances that there are between vertices of the grid, each twice the last, the smallest where
+    /// surfaces are near; with 1 the grid is even, and --grid counts what lies in solids, too [default: 3]
+    #[arg(long, value_name = "L", conflicts_with = "grid_spacing")]
+    grid_levels: Option<u32>,
+    /// Distance between neighbouring vertices of an even grid, metres, instead of --grid
     #[arg(long, value_name = "M")]
     grid_spacing: Option<f32>,
     /// What a vertex of the grid keeps of the light around it
@@ -121,6 +125,7 @@ impl From<SettingFlags> for BakeOptions {
             blend_borders: flags.hard_borders.then_some(false),
             byte_price: flags.byte_price,
             grid_vertices: flags.grid,
+            grid_levels: flags.grid_levels,
             grid_spacing: flags.grid_spacing,
             grid_basis: Some(GridBasis { kind: flags.grid_basis.into(), lobe: flags.grid_lobe.into() }),
             use_uv1: flags.use_uv1,

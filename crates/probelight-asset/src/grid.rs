@@ -1,7 +1,11 @@
 //! Irradiance in free space: a sparse grid of vertices whose values are receivers of the transport, too (\[SED\] §4).
 //!
-//! The grid's vertices lie `spacing` apart and are stored in blocks of 4³; a block knows which of its vertices have
-//! light. Each vertex has the [rows](crate::GridBasis::rows) of the settings' basis.
+//! The grid's places lie `spacing` apart, in blocks of 4³. A block has vertices at all of its places (level 0), at every
+//! second or at every fourth along each axis (levels 1 and 2), and knows which of those have light. Each vertex has the
+//! [rows](crate::GridBasis::rows) of the settings' basis.
+//!
+//! The cells of a level lie between its vertices, those of finer blocks among them. Where a cell of level 0 has no
+//! vertex, as its block is coarser, light comes from the cell of level 1 around it, and so on.
 
 use bytemuck::{Pod, Zeroable};
 use probelight_math::glam::{UVec3, Vec3};
@@ -9,18 +13,23 @@ use serde::{Deserialize, Serialize};
 
 use crate::{BakedParts, NONE};
 
-/// Vertices along each edge of a block.
+/// Places along each edge of a block.
 pub const BLOCK_EDGE: u32 = 4;
 
-/// Where the vertices of a grid lie.
+/// Most levels of a grid.
+pub const MAX_GRID_LEVELS: u32 = 3;
+
+/// Where the vertices of a grid may lie.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GridLayout {
-    /// World position of the first vertex, metres.
+    /// World position of the first place, metres.
     pub origin: Vec3,
     /// Distance between neighbours along each axis, metres.
     pub spacing: Vec3,
-    /// Vertices along each axis; zeros without a grid.
+    /// Places along each axis; zeros without a grid.
     pub counts: UVec3,
+    /// How many levels its blocks have.
+    pub levels: u32,
 }
 
 /// Which of 4 × 4 × 4 places of a grid have something of their own. Place (x, y, z) of a block is bit `x + 4 y + 16 z`.
@@ -31,6 +40,8 @@ pub struct GridBlock {
     pub present: [u32; 2],
     /// Number of the first of them; the others follow in the order of their bits.
     pub first: u32,
+    /// Level of its vertices: they lie at multiples of 2 to the power of it. Of a block of cells, the cells' own.
+    pub level: u32,
 }
 
 /// Walls in a cell of a grid: which of its corners light which part of it.
@@ -56,35 +67,72 @@ pub struct GridVertex {
 }
 
 impl GridLayout {
+    /// The places that blocks of a level, or of coarser ones, have: a grid of its own.
+    pub fn at_level(&self, level: u32) -> Self {
+        let cells = self.counts.saturating_sub(UVec3::ONE);
+        let counts = if cells == UVec3::ZERO { self.counts } else { (cells >> level) + 1 };
+        Self { spacing: self.spacing * (1 << level) as f32, counts, levels: 1, ..*self }
+    }
+
     /// Blocks along each axis.
     pub fn blocks(&self) -> UVec3 {
         (self.counts + (BLOCK_EDGE - 1)) / BLOCK_EDGE
     }
 
-    /// World position of a vertex of the lattice, metres.
-    pub fn position(&self, vertex: UVec3) -> Vec3 {
-        self.origin + vertex.as_vec3() * self.spacing
+    /// World position of a place, metres.
+    pub fn position(&self, place: UVec3) -> Vec3 {
+        self.origin + place.as_vec3() * self.spacing
     }
 
-    /// Index of a vertex's block, and its bit there.
-    pub fn place(&self, vertex: UVec3) -> (usize, u32) {
-        let (block, within) = (vertex / BLOCK_EDGE, vertex % BLOCK_EDGE);
+    /// Index of the block that a place lies in, and the place's bit there.
+    pub fn place(&self, place: UVec3) -> (usize, u32) {
+        let (block, within) = (place / BLOCK_EDGE, place % BLOCK_EDGE);
         let blocks = self.blocks();
         let index =
             block.x as usize + blocks.x as usize * (block.y as usize + blocks.y as usize * block.z as usize);
         (index, within.x + BLOCK_EDGE * (within.y + BLOCK_EDGE * within.z))
     }
+
+    /// Whether light is read from a cell of a level, given the blocks of vertices: one of its corners is as fine as the
+    /// level, and not all of what lies in it is finer. The cell is counted in the level's spacings.
+    pub fn is_read(&self, blocks: &[GridBlock], level: u32, cell: UVec3) -> bool {
+        let covers = |level: u32, place: UVec3| {
+            let place = place << level;
+            place.cmplt(self.counts).all() && blocks[self.place(place).0].level <= level
+        };
+        let has_corner = places_of(UVec3::splat(2)).any(|corner| covers(level, cell + corner));
+        let is_finer =
+            || level > 0 && places_of(UVec3::splat(3)).all(|step| covers(level - 1, 2 * cell + step));
+        has_corner && !is_finer()
+    }
+
+    /// Index of the first block of a level's cells; after the last level, their number.
+    pub fn first_cell_block(&self, level: u32) -> usize {
+        (0..level).map(|level| self.at_level(level).blocks().element_product() as usize).sum()
+    }
+}
+
+/// The places of a grid of some size, x fastest.
+pub fn places_of(size: UVec3) -> impl Iterator<Item = UVec3> {
+    (0..size.z)
+        .flat_map(move |z| (0..size.y).flat_map(move |y| (0..size.x).map(move |x| UVec3::new(x, y, z))))
 }
 
 impl GridBlock {
     /// Of the places that `mask` has, `first` being the number of the lowest.
-    pub fn new(mask: u64, first: u32) -> Self {
-        Self { present: [mask as u32, (mask >> 32) as u32], first }
+    pub fn new(mask: u64, first: u32, level: u32) -> Self {
+        Self { present: [mask as u32, (mask >> 32) as u32], first, level }
     }
 
     /// Which places, as one number.
     pub fn mask(&self) -> u64 {
         u64::from(self.present[0]) | u64::from(self.present[1]) << 32
+    }
+
+    /// The places of blocks of a level, as one number.
+    pub fn places(level: u32) -> u64 {
+        let is_there = |bit: u32| [bit % 4, bit / 4 % 4, bit / 16].iter().all(|at| at % (1 << level) == 0);
+        (0..64).filter(|bit| is_there(*bit)).fold(0, |mask, bit| mask | 1 << bit)
     }
 
     /// The number of what is at a place, if anything is.
@@ -126,21 +174,22 @@ impl BakedParts {
             .partition_point(|cluster| (cluster.first_receiver as usize) < self.receiver_texels.len())
     }
 
-    /// The valid vertex at a place of the lattice.
-    pub fn grid_vertex(&self, vertex: UVec3) -> Option<u32> {
-        let (block, bit) = self.grid.place(vertex);
+    /// The valid vertex at a place of the grid.
+    pub fn grid_vertex(&self, place: UVec3) -> Option<u32> {
+        let (block, bit) = self.grid.place(place);
         self.grid_blocks[block].number(bit)
     }
 
-    /// The walls in the cell between a place of the lattice and the next ones along each axis.
-    pub fn grid_cell(&self, cell: UVec3) -> Option<&GridCell> {
-        Some(&self.grid_cells[self.grid_cell_number(cell)? as usize])
+    /// Whether the block that a place lies in has vertices at all places of a level, as far as they have light.
+    pub fn grid_covers(&self, place: UVec3, level: u32) -> bool {
+        self.grid_blocks[self.grid.place(place).0].level <= level
     }
 
-    /// The index of a cell's walls in `grid_cells`.
-    pub fn grid_cell_number(&self, cell: UVec3) -> Option<u32> {
-        let (block, bit) = self.grid.place(cell);
-        self.grid_cell_blocks.get(block)?.number(bit)
+    /// The walls in the cell between a place of a level and the next ones along each axis; the place is counted in that
+    /// level's spacings. An index into `grid_cells`.
+    pub fn grid_cell_number(&self, level: u32, cell: UVec3) -> Option<u32> {
+        let (block, bit) = self.grid.at_level(level).place(cell);
+        self.grid_cell_blocks.get(self.grid.first_cell_block(level) + block)?.number(bit)
     }
 
     /// The corners that light a world position by way of a cell, as [`GridCell::corners`] has them.

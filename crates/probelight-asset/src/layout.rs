@@ -12,10 +12,10 @@ compile_error!("baked files are little-endian arrays that are read without conve
 const MAGIC: [u8; 8] = *b"\x89PLIGHT\n";
 
 /// Version of the format that this crate writes and reads.
-pub const FORMAT_VERSION: u32 = 8;
+pub const FORMAT_VERSION: u32 = 9;
 
 /// Counts additions that older readers of the same version may skip: optional sections, fields of JSON sections.
-pub(crate) const MINOR_VERSION: u32 = 1;
+pub(crate) const MINOR_VERSION: u32 = 0;
 
 /// Sections start at multiples of this, so that a mapped file's arrays are aligned for vector registers and
 /// cache lines.

@@ -72,7 +72,9 @@ pub use cluster::Cluster;
 #[cfg(feature = "files")]
 pub use error::AssetError;
 pub use error::{DecodeError, InvalidParts};
-pub use grid::{BLOCK_EDGE, CELL_PLANES, GridBlock, GridCell, GridLayout, GridVertex};
+pub use grid::{
+    BLOCK_EDGE, CELL_PLANES, GridBlock, GridCell, GridLayout, GridVertex, MAX_GRID_LEVELS, places_of,
+};
 pub use grid_basis::{GridBasis, GridBasisKind, GridLobe, MAX_GRID_ROWS};
 pub use info::{BakedInfo, SectionInfo};
 pub use layout::FORMAT_VERSION;

@@ -7,10 +7,11 @@ use std::sync::Arc;
 use probelight_asset::{BakedScene, GridBasis, GridBasisKind, GridLobe, Method};
 use probelight_bake::{BakeOptions, bake};
 use probelight_math::glam::Vec3;
-use probelight_runtime::{FrameInput, GridPlaces, IrradianceGrid, Runtime};
+use probelight_runtime::{FrameInput, Runtime};
 use probelight_scene::{Light, Lighting, Scene};
 use probelight_trace::Silent;
 
+use support::grid::share_of;
 use support::shapes::{Shape, column, scene_of, sheet, solid, turned};
 use support::{load, quick};
 
@@ -33,32 +34,6 @@ fn bake_grid(scene: Scene, grid_spacing: f32) -> BakedScene {
         ..quick(Method::Hybrid)
     };
     bake(Arc::new(scene), &options, None, &Silent).unwrap()
-}
-
-/// What comes of an irradiance of 1 at all vertices that `is_lit` chooses by where they measure, and of 0 elsewhere, at
-/// a surface of the given position and normal.
-fn share_of(baked: &BakedScene, is_lit: impl Fn(Vec3) -> bool) -> impl Fn(Vec3, Vec3) -> f32 {
-    let grid = &baked.grid;
-    let rows: usize = baked.settings.grid_basis.rows();
-    let mut values = vec![Vec3::ZERO; baked.receiver_count()];
-    for z in 0..grid.counts.z {
-        for y in 0..grid.counts.y {
-            for x in 0..grid.counts.x {
-                let at = [x, y, z].into();
-                let Some(vertex) = baked.grid_vertex(at) else { continue };
-                let offset = baked.grid_vertices[vertex as usize].offset() * grid.spacing;
-                if is_lit(grid.position(at) + offset) {
-                    let receivers = baked.vertex_receivers(vertex);
-                    assert_eq!(receivers.len(), rows);
-                    receivers.iter().for_each(|receiver| values[*receiver as usize] = Vec3::ONE);
-                }
-            }
-        }
-    }
-    let places = GridPlaces::new(baked);
-    move |position, normal| {
-        IrradianceGrid::new(baked, &places, &values).irradiance(position, normal).unwrap().x
-    }
 }
 
 /// Places all over the room, some of them on surfaces or within a millimetre of them.
@@ -155,8 +130,9 @@ fn brightest_air(baked: &Arc<BakedScene>, lamp: Vec3) -> [f32; 2] {
 
 #[test]
 fn the_air_of_a_sealed_room_stays_dark() {
-    let options = BakeOptions { receivers: Some(6000), grid_spacing: Some(0.8), ..quick(Method::Hybrid) };
+    let options = BakeOptions { receivers: Some(6000), grid_vertices: Some(3000), ..quick(Method::Hybrid) };
     let baked = Arc::new(bake(load("rooms.glb"), &options, None, &Silent).unwrap());
+    assert!(support::grid::levels(&baked) > 1);
     let [lit, sealed] = brightest_air(&baked, Vec3::new(4.2, 2.4, 1.6));
     assert!(lit > 0.1, "room A: {lit}");
     assert!(sealed <= 1e-6 * lit, "room C is lit through its walls: {sealed} of {lit}");

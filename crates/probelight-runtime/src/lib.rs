@@ -65,6 +65,7 @@ mod find_face;
 mod frame;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod grid_light;
 mod grid_places;
 mod irradiance_grid;
 mod irradiance_lightmap;
@@ -85,8 +86,9 @@ pub use frame::{
     Budget, ClusterExtent, FADE_STEPS, FrameInput, FramePlan, LodChanges, LodGovernor, LodLevel, LodPreset,
     LodSettings, LodZones, PerStage, Planner, ProbeExtent, Stage, StageTimings, View, stage_bytes,
 };
+pub use grid_light::{GridLight, Lamp};
 pub use grid_places::GridPlaces;
-pub use irradiance_grid::{GridLight, IrradianceGrid, Lamp};
+pub use irradiance_grid::IrradianceGrid;
 pub use irradiance_lightmap::IrradianceLightmap;
 pub use object_spheres::{ObjectInfluence, ObjectSphere, SPHERES_PER_OBJECT};
 pub use objects::{ObjectId, Objects};

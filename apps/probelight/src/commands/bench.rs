@@ -26,7 +26,7 @@ Examples:
   probelight bench --synthetic 512000 --moving-lights        with direct light and shading
   probelight bench room.plight --active-grid 0 1 100         what objects in the grid cost
   probelight bench room.plight --lod medium --camera hall    with levels of detail
-  probelight bench --synthetic 512000 --objects 1000         planning a frame with so many moving objects
+  probelight bench --synthetic 512000 --objects 1000         planning with so many moving objects
   probelight bench --scaling --backend gpu -o bench.json     50,000 to 8 million receivers
 
 Each stage moves at least its inputs and its outputs once. `of copy` is the speed at which it

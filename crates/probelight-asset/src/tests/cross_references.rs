@@ -176,14 +176,18 @@ fn clusters_are_checked() {
 #[test]
 fn the_grid_is_checked() {
     refused("origin or a spacing", |b| b.grid.spacing.y = f32::NAN);
-    refused("2 blocks of a grid with 2 × 5 × 6 vertices", |b| b.grid.counts.z = 6);
+    refused("2 blocks of a grid with 3 × 5 × 7 vertices", |b| b.grid.counts.z = 7);
+    refused("4 levels of a grid, more than 3", |b| b.grid.levels = 4);
+    refused("coarsest cells do not fit", |b| b.grid.counts.x = 4);
+    refused("block 0 of the grid has vertices that its level 1", |b| b.grid_blocks[0].level = 1);
+    refused("block 1 of the grid has vertices that its level 2", |b| b.grid_blocks[1].level = 2);
     refused("a grid without cells between its vertices", |b| b.grid.counts.z = 1);
     refused("block 1 of the grid's vertices does not start", |b| b.grid_blocks[1].first = 0);
-    refused("need 2 vertices, and there are 1", |b| b.grid_blocks[1].present[1] = 8);
+    refused("need 2 vertices, and there are 1", |b| b.grid_blocks[1].present[1] = 1);
     refused("5 rows of 1 vertices of the grid with 6 each", |b| b.grid_receivers.truncate(5));
-    refused("1 blocks of cells of a grid with 2 blocks", |b| b.grid_cell_blocks.truncate(1));
+    refused("1 blocks of cells of a grid with 3 of them", |b| b.grid_cell_blocks.truncate(1));
     refused("block 1 of the grid's cells does not start", |b| b.grid_cell_blocks[1].first = 0);
-    refused("need 1 cells, and there are 0", |b| b.grid_cells.clear());
+    refused("need 2 cells, and there are 0", |b| b.grid_cells.clear());
     refused("cell 0 of the grid is divided by plane 2 of 2", |b| b.grid_cells[0].planes[1] = 2);
     refused("a plane of the grid is not finite", |b| b.grid_planes[0].w = f32::INFINITY);
     refused("row 0 of the grid is held by receiver 4", |b| b.grid_receivers[0] = 4);

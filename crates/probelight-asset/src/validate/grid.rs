@@ -2,7 +2,7 @@
 
 use probelight_math::glam::{UVec3, Vec3};
 
-use crate::{BakedParts, GridBlock, NONE};
+use crate::{BakedParts, GridBlock, MAX_GRID_LEVELS, NONE};
 
 impl BakedParts {
     pub(super) fn check_grid(&self) -> Result<(), String> {
@@ -22,7 +22,25 @@ impl BakedParts {
         );
         let vertices = self.grid_vertices.len();
         ensure!(
-            vertices == 0 || grid.counts.cmpge(UVec3::splat(2)).all() && grid.spacing.min_element() > 0.0,
+            grid.levels <= MAX_GRID_LEVELS,
+            "{} levels of a grid, more than {MAX_GRID_LEVELS}",
+            grid.levels
+        );
+        let coarsest = 1 << grid.levels.saturating_sub(1);
+        ensure!(
+            grid.counts.saturating_sub(UVec3::ONE) % coarsest == UVec3::ZERO,
+            "a grid whose coarsest cells do not fit into it"
+        );
+        for (b, block) in self.grid_blocks.iter().enumerate() {
+            let fits =
+                block.level < grid.levels.max(1) && block.mask() & !GridBlock::places(block.level) == 0;
+            ensure!(fits, "block {b} of the grid has vertices that its level {} does not have", block.level);
+        }
+        ensure!(
+            vertices == 0
+                || grid.levels > 0
+                    && grid.counts.cmpge(UVec3::splat(2)).all()
+                    && grid.spacing.min_element() > 0.0,
             "a grid without cells between its vertices"
         );
         check_blocks(&self.grid_blocks, vertices, "vertices")?;
@@ -44,10 +62,11 @@ impl BakedParts {
     }
 
     fn check_walls(&self) -> Result<(), String> {
-        let (blocks, cell_blocks) = (self.grid_blocks.len(), self.grid_cell_blocks.len());
+        let (blocks, cell_blocks) =
+            (self.grid.first_cell_block(self.grid.levels), self.grid_cell_blocks.len());
         ensure!(
             cell_blocks == 0 || cell_blocks == blocks,
-            "{cell_blocks} blocks of cells of a grid with {blocks} blocks"
+            "{cell_blocks} blocks of cells of a grid with {blocks} of them"
         );
         check_blocks(&self.grid_cell_blocks, self.grid_cells.len(), "cells")?;
         let planes = self.grid_planes.len();

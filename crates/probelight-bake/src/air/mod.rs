@@ -18,6 +18,7 @@ mod voxels;
 
 pub(crate) use voxels::box_overlaps_triangle;
 
+use probelight_math::color::luminance;
 use probelight_math::directions::spherical_fibonacci;
 use probelight_math::glam::Vec3;
 use probelight_math::sampling::{cosine_hemisphere_from_square, hash_pair, sobol_owen, world_from_tangent};
@@ -75,6 +76,17 @@ impl Survey {
     fn is_open(&self) -> bool {
         self.is_outside || self.back_share <= MAX_BACK_SHARE
     }
+}
+
+/// How fast light changes around a place: its second derivatives are those of radiance seen over distance squared.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct LightChanges {
+    /// If all that is seen but the sky were as bright: the mean over directions of 1 / distance², 1/m².
+    pub(crate) of_surfaces: f32,
+    /// By what emitters send alone: the same times their luminance.
+    pub(crate) of_emitters: f32,
+    /// Mean luminance of emitters over directions.
+    pub(crate) emission: f32,
 }
 
 fn rays_around(position: Vec3) -> impl Iterator<Item = Ray> {
@@ -170,6 +182,34 @@ impl<'a> Air<'a> {
 
     /// What a place sees, if that is light: surfaces most of which are lit, or the sky.
     pub(crate) fn place_for_light(&self, position: Vec3, lit_sides: &LitSides) -> Option<Survey> {
+        let hits = self.hits_of_lit_place(position, lit_sides)?;
+        Some(Survey::of_hits(self.tracer, position, false, &hits))
+    }
+
+    /// How fast light changes around a place, if light is there. What is nearer than `nearest` (metres) counts as if it were
+    /// so far away.
+    pub(crate) fn light_changes(
+        &self,
+        position: Vec3,
+        lit_sides: &LitSides,
+        nearest: f32,
+    ) -> Option<LightChanges> {
+        let hits = self.hits_of_lit_place(position, lit_sides)?;
+        let mut changes = LightChanges::default();
+        for hit in hits.iter().flatten() {
+            let nearness = hit.distance.max(nearest).powi(-2) / PLACE_RAYS as f32;
+            changes.of_surfaces += nearness;
+            if self.is_emissive(hit) {
+                let emission = luminance(self.tracer.scene().material(hit.triangle as usize).emission);
+                changes.of_emitters += nearness * emission;
+                changes.emission += emission / PLACE_RAYS as f32;
+            }
+        }
+        Some(changes)
+    }
+
+    /// What the rays of a place meet, if that is light.
+    fn hits_of_lit_place(&self, position: Vec3, lit_sides: &LitSides) -> Option<Vec<Option<Hit>>> {
         // Most places inside solids are told by a few rays.
         let scouts = rays_around(position).step_by(PLACE_RAYS / FIRST_PLACE_RAYS);
         let scouted: Vec<Option<Hit>> = scouts.map(|ray| self.tracer.closest_hit(&ray)).collect();
@@ -178,7 +218,7 @@ impl<'a> Air<'a> {
         }
         let hits = look_around(self.tracer, position);
         let unlit = unlit_hits(&hits, lit_sides);
-        is_lit_enough(unlit).then(|| Survey::of_hits(self.tracer, position, false, &hits))
+        is_lit_enough(unlit).then_some(hits)
     }
 
     /// Whether a point of a surface is in sight of open air, at once or by way of other surfaces.

@@ -1,9 +1,9 @@
 //! Where light in free space is kept for objects that move: a grid over the scene's bounds (\[SED\] §4).
 //!
-//! Each vertex of the lattice measures where it lies, or, if that is inside a solid or next to a surface, at the best
+//! It is even, or finer where surfaces are near (`grid_levels.rs`). Each vertex measures where it lies, or, if that is inside a solid or next to a surface, at the best
 //! place in its neighbourhood. Vertices without such a place have no light and are not stored.
 
-use probelight_asset::{BLOCK_EDGE, BakeSettings, GridBlock, GridLayout};
+use probelight_asset::{BLOCK_EDGE, BakeSettings, GridBlock, GridLayout, places_of};
 use probelight_math::glam::{UVec3, Vec3};
 use probelight_scene::Bounds;
 use probelight_trace::Progress;
@@ -11,11 +11,15 @@ use rayon::prelude::*;
 
 use crate::BakeError;
 use crate::air::{Air, LitSides};
+use crate::ground::grid_levels::{GridPlan, plan_levels};
 use crate::ground::site::{Outlook, Site};
 use crate::steps::for_each_in_parallel;
 
 /// Gather rays of a vertex as a multiple of a texel's: they go all around.
 pub(crate) const RAYS_PER_GATHER_RAY: u32 = 2;
+
+/// Places of a block.
+pub(crate) const PLACES_PER_BLOCK: usize = (BLOCK_EDGE * BLOCK_EDGE * BLOCK_EDGE) as usize;
 
 /// Vertices whose transport is compressed together.
 pub(crate) const VERTICES_PER_GROUP: usize = 128;
@@ -43,11 +47,11 @@ pub(crate) struct Grid {
 /// A vertex that has light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex {
-    /// Its place in the lattice.
+    /// Its place in the grid.
     pub(crate) at: UVec3,
     /// Where it measures, metres.
     pub(crate) position: Vec3,
-    /// How far that is from its place, in spacings.
+    /// How far that is from its place, in spacings of its block.
     pub(crate) offset: Vec3,
 }
 
@@ -71,52 +75,67 @@ pub(crate) fn place_grid(
     settings: &BakeSettings,
     progress: &dyn Progress,
 ) -> Result<Grid, BakeError> {
-    let Some(spacing) = settings.grid_spacing else { return Ok(Grid::default()) };
-    let layout = lattice(&air.tracer().scene().bounds(), spacing);
-    let places: Vec<UVec3> = places_by_block(&layout).collect();
-    let look = |at: UVec3| place_vertex(air, lit_sides, &layout, at);
+    let bounds = air.tracer().scene().bounds();
+    let GridPlan { layout, levels } = match (settings.grid_spacing, settings.grid_vertices) {
+        (Some(spacing), _) => GridPlan::even(lattice(&bounds, spacing, 1)),
+        (None, Some(vertices)) => plan_levels(air, lit_sides, vertices, progress)?,
+        (None, None) => return Ok(Grid::default()),
+    };
+    let places: Vec<(UVec3, u32)> = places_by_block(&layout)
+        .enumerate()
+        .map(|(i, place)| (place, levels[i / PLACES_PER_BLOCK]))
+        .collect();
+    let look = |(at, level): (UVec3, u32)| place_vertex(air, lit_sides, &layout, at, level);
     let found = for_each_in_parallel("placing the grid", places.into_par_iter(), progress, look)?;
     let mut grid = Grid { layout, ..Grid::default() };
-    for block in found.chunks((BLOCK_EDGE * BLOCK_EDGE * BLOCK_EDGE) as usize) {
-        let mask = (0..)
-            .zip(block)
-            .filter(|(_, vertex)| vertex.is_some())
-            .fold(0u64, |mask, (bit, _)| mask | 1 << bit);
+    for (block, level) in found.chunks(PLACES_PER_BLOCK).zip(levels) {
+        let mask = mask_of(block);
         let first = grid.vertices.len() as u32;
-        grid.blocks.push(GridBlock::new(mask, first));
+        grid.blocks.push(GridBlock::new(mask, first, level));
         grid.vertices.extend(block.iter().flatten());
     }
     Ok(grid)
 }
 
-/// A lattice over some bounds, with at most the given distance between neighbours.
-fn lattice(bounds: &Bounds, spacing: f32) -> GridLayout {
-    let cells = (bounds.size() / spacing).ceil().max(Vec3::ONE);
+/// Which places of a block have something.
+pub(crate) fn mask_of<T>(block: &[Option<T>]) -> u64 {
+    (0..).zip(block).filter(|(_, found)| found.is_some()).fold(0, |mask, (bit, _)| mask | 1 << bit)
+}
+
+/// Places over some bounds, with at most the given distance between neighbours, so many that cells of the coarsest level
+/// end at the bounds.
+pub(crate) fn lattice(bounds: &Bounds, spacing: f32, levels: u32) -> GridLayout {
+    let coarsest = (1 << (levels - 1)) as f32;
+    let cells = (bounds.size() / (coarsest * spacing)).ceil().max(Vec3::ONE) * coarsest;
     GridLayout {
         origin: bounds.min,
         spacing: (bounds.size() / cells).max(Vec3::splat(f32::MIN_POSITIVE)),
         counts: cells.as_uvec3() + 1,
+        levels,
     }
 }
 
-/// All places of whole blocks, block by block; some lie beyond the lattice.
+/// All places of whole blocks, block by block; some lie beyond the grid.
 pub(crate) fn places_by_block(layout: &GridLayout) -> impl Iterator<Item = UVec3> {
-    let in_order = |size: UVec3| {
-        (0..size.z)
-            .flat_map(move |z| (0..size.y).flat_map(move |y| (0..size.x).map(move |x| UVec3::new(x, y, z))))
-    };
-    in_order(layout.blocks())
-        .flat_map(move |block| in_order(UVec3::splat(BLOCK_EDGE)).map(move |at| block * BLOCK_EDGE + at))
+    places_of(layout.blocks())
+        .flat_map(move |block| places_of(UVec3::splat(BLOCK_EDGE)).map(move |at| block * BLOCK_EDGE + at))
 }
 
 /// A vertex where light is, at the nearest such place; of places equally near, the one with most space around it.
-fn place_vertex(air: &Air<'_>, lit_sides: &LitSides, layout: &GridLayout, at: UVec3) -> Option<Vertex> {
-    if at.cmpge(layout.counts).any() {
+fn place_vertex(
+    air: &Air<'_>,
+    lit_sides: &LitSides,
+    layout: &GridLayout,
+    at: UVec3,
+    level: u32,
+) -> Option<Vertex> {
+    if at.cmpge(layout.counts).any() || at % (1 << level) != UVec3::ZERO {
         return None;
     }
-    let clearance = CLEARANCE * layout.spacing.max_element();
+    let spacing = layout.at_level(level).spacing;
+    let clearance = CLEARANCE * spacing.max_element();
     let look = |offset: Vec3| {
-        let position = layout.position(at) + offset * layout.spacing;
+        let position = layout.position(at) + offset * spacing;
         let survey = air.place_for_light(position, lit_sides)?;
         (survey.clearance >= clearance).then_some((survey.clearance, Vertex { at, position, offset }))
     };
@@ -141,12 +160,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lattices_end_at_the_bounds_and_are_as_fine_as_asked_for() {
+    fn grids_end_at_the_bounds_and_are_as_fine_as_asked_for() {
         let bounds = Bounds { min: Vec3::new(-1.0, 2.0, 0.5), max: Vec3::new(4.0, 2.0, 3.5) };
-        let layout = lattice(&bounds, 0.7);
-        assert_eq!(layout.counts, UVec3::new(9, 2, 6));
-        assert!(layout.spacing.cmple(Vec3::splat(0.7)).all());
-        assert!(layout.position(layout.counts - 1).abs_diff_eq(bounds.max, 1e-5));
+        for (levels, counts) in [(1, UVec3::new(9, 2, 6)), (2, UVec3::new(9, 3, 7)), (3, UVec3::new(9, 5, 9))]
+        {
+            let layout = lattice(&bounds, 0.7, levels);
+            assert_eq!(layout.counts, counts);
+            assert!(layout.spacing.cmple(Vec3::splat(0.7)).all());
+            for level in 0..levels {
+                let coarser = layout.at_level(level);
+                assert!(coarser.position(coarser.counts - 1).abs_diff_eq(bounds.max, 1e-5));
+            }
+        }
     }
 
     #[test]

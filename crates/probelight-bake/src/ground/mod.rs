@@ -3,6 +3,7 @@
 pub(crate) mod atlas;
 mod cut;
 pub(crate) mod grid;
+mod grid_levels;
 mod layout;
 mod outlooks;
 pub(crate) mod probes;

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use probelight_asset::{BLOCK_EDGE, CELL_PLANES, GridBlock, GridCell, NONE};
+use probelight_asset::{CELL_PLANES, GridBlock, GridCell, GridLayout, NONE};
 use probelight_math::glam::{UVec3, Vec3, Vec4};
 use probelight_scene::Scene;
 use probelight_trace::{Progress, Ray, Tracer};
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::BakeError;
 use crate::air::box_overlaps_triangle;
-use crate::ground::grid::{Grid, places_by_block};
+use crate::ground::grid::{Grid, PLACES_PER_BLOCK, mask_of, places_by_block};
 use crate::steps::for_each_in_parallel;
 
 /// Places along each edge of a cell that ways lead by.
@@ -69,43 +69,53 @@ pub(crate) fn find_walls(tracer: &Tracer, grid: &Grid, progress: &dyn Progress) 
     if grid.vertices.is_empty() {
         return Ok(Walls::default());
     }
-    let cells: Vec<UVec3> = places_by_block(&grid.layout).collect();
-    let triangles = triangles_of_cells(tracer.scene(), grid);
-    let look = |(cell, triangles): (&UVec3, &Vec<u32>)| {
-        let corners = corner_places(grid, *cell);
-        let has_corner = corners.iter().any(Option::is_some);
-        let cell = Cell { tracer, min: grid.layout.position(*cell), size: grid.layout.spacing, corners };
-        if triangles.is_empty() || !has_corner { None } else { cell.divide(triangles) }
-    };
-    let found =
-        for_each_in_parallel("finding walls in the grid", cells.par_iter().zip(&triangles), progress, look)?;
     let mut walls = Walls::default();
-    if found.iter().all(Option::is_none) {
-        return Ok(walls);
-    }
     let mut numbers = HashMap::<[u32; 4], u32>::new();
-    for block in found.chunks((BLOCK_EDGE * BLOCK_EDGE * BLOCK_EDGE) as usize) {
-        let mask =
-            (0..).zip(block).filter(|(_, cell)| cell.is_some()).fold(0, |mask, (bit, _)| mask | 1 << bit);
-        walls.blocks.push(GridBlock::new(mask, walls.cells.len() as u32));
-        for division in block.iter().flatten() {
-            let mut cell = GridCell { planes: [NONE; CELL_PLANES], corners: division.corners };
-            for (number, plane) in cell.planes.iter_mut().zip(&division.planes) {
-                *number = *numbers.entry(plane.to_array().map(f32::to_bits)).or_insert_with(|| {
-                    walls.planes.push(*plane);
-                    walls.planes.len() as u32 - 1
-                });
+    for level in 0..grid.layout.levels {
+        let found = divide_cells(tracer, grid, level, progress)?;
+        for block in found.chunks(PLACES_PER_BLOCK) {
+            walls.blocks.push(GridBlock::new(mask_of(block), walls.cells.len() as u32, level));
+            for division in block.iter().flatten() {
+                let mut cell = GridCell { planes: [NONE; CELL_PLANES], corners: division.corners };
+                for (number, plane) in cell.planes.iter_mut().zip(&division.planes) {
+                    *number = *numbers.entry(plane.to_array().map(f32::to_bits)).or_insert_with(|| {
+                        walls.planes.push(*plane);
+                        walls.planes.len() as u32 - 1
+                    });
+                }
+                walls.cells.push(cell);
             }
-            walls.cells.push(cell);
         }
     }
-    Ok(walls)
+    Ok(if walls.cells.is_empty() { Walls::default() } else { walls })
+}
+
+/// How walls divide the cells of a level, block by block.
+fn divide_cells(
+    tracer: &Tracer,
+    grid: &Grid,
+    level: u32,
+    progress: &dyn Progress,
+) -> Result<Vec<Option<Division>>, BakeError> {
+    let layout = grid.layout.at_level(level);
+    let cells: Vec<UVec3> = places_by_block(&layout).collect();
+    let triangles = triangles_of_cells(tracer.scene(), &layout);
+    let look = |(cell, triangles): (&UVec3, &Vec<u32>)| {
+        if triangles.is_empty() || !grid.layout.is_read(&grid.blocks, level, *cell) {
+            return None;
+        }
+        let corners = corner_places(grid, level, *cell);
+        let has_corner = corners.iter().any(Option::is_some);
+        let cell = Cell { tracer, min: layout.position(*cell), size: layout.spacing, corners };
+        if has_corner { cell.divide(triangles) } else { None }
+    };
+    let cells = cells.par_iter().zip(&triangles);
+    for_each_in_parallel("finding walls in the grid", cells, progress, look)
 }
 
 /// The triangles that pass through each cell or close by, in the order of blocks.
-fn triangles_of_cells(scene: &Scene, grid: &Grid) -> Vec<Vec<u32>> {
-    let layout = &grid.layout;
-    let mut cells = vec![Vec::new(); layout.blocks().element_product() as usize * 64];
+fn triangles_of_cells(scene: &Scene, layout: &GridLayout) -> Vec<Vec<u32>> {
+    let mut cells = vec![Vec::new(); layout.blocks().element_product() as usize * PLACES_PER_BLOCK];
     let reach = 0.5 + 0.5 / PLACES_PER_EDGE as f32;
     for triangle in 0..scene.triangles.len() {
         let corners = scene.corners(triangle).map(|corner| (corner - layout.origin) / layout.spacing);
@@ -123,7 +133,7 @@ fn triangles_of_cells(scene: &Scene, grid: &Grid) -> Vec<Vec<u32>> {
                     let cell = UVec3::new(x, y, z);
                     if box_overlaps_triangle(cell.as_vec3() + 0.5, Vec3::splat(reach), corners) {
                         let (block, bit) = layout.place(cell);
-                        cells[64 * block + bit as usize].push(triangle as u32);
+                        cells[PLACES_PER_BLOCK * block + bit as usize].push(triangle as u32);
                     }
                 }
             }
@@ -132,10 +142,10 @@ fn triangles_of_cells(scene: &Scene, grid: &Grid) -> Vec<Vec<u32>> {
     cells
 }
 
-/// Where the corners of a cell measure.
-fn corner_places(grid: &Grid, cell: UVec3) -> [Option<Vec3>; 8] {
+/// Where the corners of a cell of a level measure.
+fn corner_places(grid: &Grid, level: u32, cell: UVec3) -> [Option<Vec3>; 8] {
     std::array::from_fn(|i| {
-        let corner = cell + UVec3::new(i as u32 & 1, i as u32 >> 1 & 1, i as u32 >> 2);
+        let corner = (cell + UVec3::new(i as u32 & 1, i as u32 >> 1 & 1, i as u32 >> 2)) << level;
         if corner.cmpge(grid.layout.counts).any() {
             return None;
         }

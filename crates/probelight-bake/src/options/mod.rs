@@ -70,10 +70,13 @@ pub struct BakeOptions {
     /// energy. Default 0.65 from 400,000 receivers on and less for fewer, in proportion: bytes matter by how many there
     /// will be. Give it, and the rays, so that parts of a world baked one by one are alike.
     pub byte_price: Option<f32>,
-    /// Vertices of the grid in free space, about so many over the scene's bounds (\[SED\] eq. 8); none with
-    /// 0. Default: one for 20 of the wanted receivers, but at least 6,000.
+    /// Vertices of the grid in free space, about so many that have light; none with 0. Default: one for 55
+    /// receivers, but at least 6,000.
     pub grid_vertices: Option<u32>,
-    /// Distance between neighbouring vertices of the grid, metres, instead of their number.
+    /// Distances that there are between neighbouring vertices, each twice the last: finer where surfaces are near.
+    /// Default and most 3; with 1 an even grid over the scene's bounds, which has vertices in solids, too (\[SED\] eq. 8).
+    pub grid_levels: Option<u32>,
+    /// Distance between neighbouring vertices of an even grid, metres, instead of their number.
     pub grid_spacing: Option<f32>,
     /// What a vertex of the grid stores. Default: spherical harmonics of degree 2.
     pub grid_basis: Option<GridBasis>,

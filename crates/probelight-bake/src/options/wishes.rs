@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use probelight_asset::{BakeSettings, GridBasis, Method, Metric, Storage};
+use probelight_asset::{BakeSettings, GridBasis, MAX_GRID_LEVELS, Method, Metric, Storage};
 use probelight_math::glam::DVec3;
 use probelight_trace::Tracer;
 
@@ -36,11 +36,10 @@ const SMALLEST_SPACING: f32 = 0.25;
 /// Edge of the voxels in which places for probes are looked for, as a share of the smallest probe spacing.
 const VOXEL_PER_SPACING: f32 = 0.5;
 
-/// Vertices of the grid over the scene's bounds unless asked otherwise: as many as there are receivers, over
-/// `RECEIVERS_PER_VERTEX`, so that the grid takes about a tenth of the file; but not so few that small scenes' lamps fall
-/// between them.
-const RECEIVERS_PER_VERTEX: f64 = 20.0;
-const FEWEST_VERTICES: f64 = 6_000.0;
+/// Vertices of the grid unless asked otherwise: as many as there are receivers, over `RECEIVERS_PER_VERTEX`, so that the
+/// grid takes about a tenth of the file; but not so few that small scenes' lamps fall between them.
+const RECEIVERS_PER_VERTEX: usize = 55;
+const FEWEST_VERTICES: usize = 6_000;
 
 /// Smallest extent of the space that the grid's default spacing is chosen for, as a share of the largest.
 const FLATTEST: f64 = 0.05;
@@ -143,7 +142,7 @@ pub(crate) struct Wishes {
     pub(crate) smallest_spacing: f32,
     pub(crate) error: ErrorGoal,
     pub(crate) seed: u64,
-    grid_spacing: Option<f32>,
+    grid: GridDensity,
     grid_basis: GridBasis,
     method: Method,
     metric: Metric,
@@ -159,6 +158,17 @@ pub(crate) struct Wishes {
     receivers_per_cluster: u32,
     blend_borders: bool,
     byte_price: BytePrice,
+}
+
+/// How many vertices the grid in free space has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum GridDensity {
+    Nowhere,
+    /// So far apart, metres.
+    Even(f32),
+    /// So many, most of them near surfaces.
+    Vertices(u32),
+    ByReceivers,
 }
 
 /// What a byte per receiver must save where the wanted error is out of reach, see [`BakeSettings::byte_price`].
@@ -219,7 +229,17 @@ impl Wishes {
                     price * (decided.receivers as f32 / many as f32).min(1.0)
                 }
             },
-            grid_spacing: self.grid_spacing,
+            grid_vertices: match self.grid {
+                GridDensity::Vertices(count) => Some(count),
+                GridDensity::ByReceivers => {
+                    Some((decided.receivers / RECEIVERS_PER_VERTEX).max(FEWEST_VERTICES) as u32)
+                }
+                _ => None,
+            },
+            grid_spacing: match self.grid {
+                GridDensity::Even(spacing) => Some(spacing),
+                _ => None,
+            },
             grid_basis: self.grid_basis,
             seed: self.seed,
         }
@@ -256,7 +276,7 @@ impl BakeOptions {
             smallest_spacing,
             error,
             seed: self.seed.unwrap_or(0),
-            grid_spacing: self.grid_spacing(tracer, receivers)?,
+            grid: self.grid(tracer)?,
             grid_basis: self.grid_basis.unwrap_or_default(),
             method,
             metric: self.metric.unwrap_or(plan.metric),
@@ -312,17 +332,16 @@ impl BakeOptions {
         ])
     }
 
-    /// Distance between the grid's vertices; none without a grid.
-    fn grid_spacing(&self, tracer: &Tracer, receivers: f64) -> Result<Option<f32>, BakeError> {
-        let size = tracer.scene().bounds().size().as_dvec3();
-        // Flat scenes have room above them.
-        let size = size.max(DVec3::splat(FLATTEST * size.max_element()));
-        let spacing_of = |vertices: f64| (size.element_product() / vertices).cbrt() as f32;
-        Ok(match (positive("the grid's spacing", self.grid_spacing)?, self.grid_vertices) {
-            (Some(spacing), _) => Some(spacing),
-            (None, Some(0)) => None,
-            (None, Some(vertices)) => Some(spacing_of(f64::from(vertices))),
-            (None, None) => Some(spacing_of((receivers / RECEIVERS_PER_VERTEX).max(FEWEST_VERTICES))),
+    /// How many vertices the grid has.
+    fn grid(&self, tracer: &Tracer) -> Result<GridDensity, BakeError> {
+        let spacing = positive("the grid's spacing", self.grid_spacing)?;
+        let levels = within("the grid's levels", self.grid_levels, MAX_GRID_LEVELS, 1..=MAX_GRID_LEVELS)?;
+        Ok(match (spacing, self.grid_vertices) {
+            (Some(spacing), _) => GridDensity::Even(spacing),
+            (None, Some(0)) => GridDensity::Nowhere,
+            (None, Some(vertices)) if levels == 1 => GridDensity::Even(even_spacing(tracer, vertices)),
+            (None, Some(vertices)) => GridDensity::Vertices(vertices),
+            (None, None) => GridDensity::ByReceivers,
         })
     }
 
@@ -340,6 +359,14 @@ impl BakeOptions {
             },
         })
     }
+}
+
+/// Distance between the vertices of an even grid with so many over the scene's bounds (\[SED\] eq. 8), metres.
+fn even_spacing(tracer: &Tracer, vertices: u32) -> f32 {
+    let size = tracer.scene().bounds().size().as_dvec3();
+    // Flat scenes have room above them.
+    let size = size.max(DVec3::splat(FLATTEST * size.max_element()));
+    (size.element_product() / f64::from(vertices)).cbrt() as f32
 }
 
 /// Smallest and largest distance between neighbouring probes, metres. They are no denser than the texels, so that their

@@ -1,6 +1,7 @@
 //! Quick bakes of the bundled scenes.
 #![allow(dead_code, reason = "each test binary uses a part")]
 
+pub(crate) mod grid;
 pub(crate) mod shapes;
 
 use std::path::PathBuf;

@@ -57,7 +57,8 @@ pub(crate) fn cornell_with_grid(grid_basis: GridBasis) -> LitExample {
         gather_rays: Some(64),
         relight_rays: Some(64),
         sh_degree: Some(3),
-        grid_spacing: Some(0.8),
+        // Finer near the lamp than elsewhere.
+        grid_vertices: Some(500),
         grid_basis: Some(grid_basis),
         ..BakeOptions::default()
     };
@@ -71,7 +72,7 @@ pub(crate) fn cornell_with_grid(grid_basis: GridBasis) -> LitExample {
 ///
 /// ```sh
 /// probelight bake assets/scenes/cornell.glb -o crates/probelight-render/tests/data/cornell.plight \
-///     --receivers 800 --rays 256 --near-radius 1.5 --relight-rays 64 --sh-degree 3 --max-rank 8
+///     --receivers 800 --rays 256 --near-radius 1.5 --relight-rays 64 --sh-degree 3 --max-rank 8 --grid 0
 /// ```
 pub(crate) fn baked_cornell() -> LitExample {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell.plight");

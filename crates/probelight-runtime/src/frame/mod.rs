@@ -16,6 +16,7 @@ mod bytes;
 mod change_tables;
 mod fill_tables;
 mod governor;
+mod grid_reach;
 mod input;
 mod lod;
 mod plan;

@@ -1,11 +1,11 @@
 //! From levels of detail to a plan.
 
 use probelight_asset::{BakedScene, Cluster, Probe};
-use probelight_math::glam::Vec3;
 use probelight_math::sh::coefficient_count;
 use probelight_scene::Bounds;
 
 use super::box_tree::BoxTree;
+use super::grid_reach::grid_reach;
 use super::input::{Budget, FrameInput};
 use super::lod::{LodLevel, LodSettings};
 use super::plan::{ClusterExtent, FADE_STEPS, FramePlan, ProbeExtent};
@@ -155,14 +155,10 @@ pub(super) fn leading_receivers(baked: &BakedScene, cluster: &Cluster) -> [u32; 
     counts
 }
 
-/// What boxes must touch to make each cluster active: its own box, or all cells that a cluster of the grid lights.
+/// What boxes must touch to make each cluster active: its own box, or all places that a cluster of the grid lights.
 fn reached_bounds(baked: &BakedScene) -> impl Iterator<Item = Bounds> {
-    let lightmap_clusters = baked.lightmap_clusters();
-    baked.clusters.iter().enumerate().map(move |(index, cluster)| {
-        // Vertices measure up to half a spacing from their place, and light all cells around it.
-        let reach = if index < lightmap_clusters { Vec3::ZERO } else { 1.5 * baked.grid.spacing };
-        Bounds { min: cluster.bounds.min - reach, max: cluster.bounds.max + reach }
-    })
+    let of_lightmap = baked.clusters.iter().take(baked.lightmap_clusters()).map(|cluster| cluster.bounds);
+    of_lightmap.chain(grid_reach(baked))
 }
 
 /// Where the receivers lie that draw on a probe.

@@ -3,7 +3,7 @@
 use std::mem::offset_of;
 
 use bytemuck::{Pod, Zeroable};
-use probelight_asset::{BakedScene, GridBasisKind, GridLobe, MAX_GRID_ROWS};
+use probelight_asset::{BakedScene, GridBasisKind, GridBlock, GridLobe, MAX_GRID_ROWS, NONE};
 use probelight_math::glam::UVec3;
 
 use super::bindings::{STORAGE, UNIFORM, bind, layout};
@@ -24,7 +24,19 @@ pub(super) struct GridRecord {
     pub(super) off_surface: f32,                //       44
     pub(super) counts: [u32; 3],                //       48
     pub(super) sphere_count: u32,               //       60
-    pub(super) axes: [[f32; 4]; MAX_GRID_ROWS], //       64
+    pub(super) cell_blocks: [u32; 4],           //       64
+    pub(super) axes: [[f32; 4]; MAX_GRID_ROWS], //       80
+}
+
+/// `GridBlock` in `grid.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GridBlockRecord {
+    pub(super) present: [u32; 2], //        0
+    pub(super) first: u32,        //        8
+    pub(super) level: u32,        //       12
+    pub(super) nearest: u32,      //       16
+    pub(super) padding: u32,      //       20
 }
 
 pub(super) const GRID_SH2: u32 = 0;
@@ -54,10 +66,9 @@ impl GridTables {
         irradiance: &wgpu::Buffer,
     ) -> Result<Self, GpuError> {
         let storage = Storage::new(device, queue);
-        let places = GridPlaces::new(baked);
         let buffers = [
             storage.uniform("grid", &grid_record(baked)),
-            storage.array("places of the grid", places.as_slice())?,
+            storage.array("blocks of the grid", &block_records(baked))?,
             storage.array("cells of the grid", &baked.grid_cells)?,
             storage.array("planes of the grid", &baked.grid_planes)?,
             storage.array("receivers of the grid", &baked.grid_receivers)?,
@@ -115,6 +126,24 @@ fn bind_tables(
     bind(device, "grid", layout, buffers.iter().map(wgpu::Buffer::as_entire_binding))
 }
 
+/// Blocks of vertices, then those of cells, with as many for a grid without walls.
+fn block_records(baked: &BakedScene) -> Vec<GridBlockRecord> {
+    let record = |block: &GridBlock, nearest: u32| GridBlockRecord {
+        present: block.present,
+        first: block.first,
+        level: block.level,
+        nearest,
+        padding: 0,
+    };
+    let places = GridPlaces::new(baked);
+    let of_vertices =
+        baked.grid_blocks.iter().zip(places.as_slice()).map(|(block, nearest)| record(block, *nearest));
+    let cells = baked.grid.first_cell_block(baked.grid.levels);
+    let none = GridBlock::default();
+    let of_cells = (0..cells).map(|index| record(baked.grid_cell_blocks.get(index).unwrap_or(&none), NONE));
+    of_vertices.chain(of_cells).collect()
+}
+
 fn grid_record(baked: &BakedScene) -> GridRecord {
     let (grid, basis) = (&baked.grid, baked.settings.grid_basis);
     if !baked.has_grid() {
@@ -133,6 +162,16 @@ fn grid_record(baked: &BakedScene) -> GridRecord {
         off_surface: OFF_SURFACE * grid.spacing.min_element(),
         counts: grid.counts.to_array(),
         sphere_count: 0,
+        cell_blocks: cell_blocks(baked),
         axes: basis.light_axes().map(|axis| axis.extend(0.0).to_array()),
     }
+}
+
+/// Where each level's cells begin among the blocks, and the number of levels.
+fn cell_blocks(baked: &BakedScene) -> [u32; 4] {
+    let [a, b, c] = [0, 1, 2].map(|level| {
+        let level = baked.grid.levels.min(level);
+        (baked.grid_blocks.len() + baked.grid.first_cell_block(level)) as u32
+    });
+    [a, b, c, baked.grid.levels]
 }

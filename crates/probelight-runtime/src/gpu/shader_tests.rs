@@ -3,7 +3,7 @@
 use half::f16;
 use naga::Module;
 use probelight_asset::packed::{EXPONENT_STEPS, GAIN_STEPS, Ranks, STEEPEST_SLOPE};
-use probelight_asset::{GridCell, MAX_GRID_ROWS, MAX_SH_DEGREE, NONE};
+use probelight_asset::{BLOCK_EDGE, GridCell, MAX_GRID_LEVELS, MAX_GRID_ROWS, MAX_SH_DEGREE, NONE};
 use probelight_math::sh::Y00;
 
 use super::blend_borders::BorderReceiver;
@@ -14,7 +14,7 @@ use super::dilate_lightmap::TexelCopy;
 use super::frame_buffers::SignalShape;
 use super::frame_extents::ProbeRecord;
 use super::frame_work::FrameFlags;
-use super::grid_tables::{GRID_AXES, GRID_SH2, GRID_SIX_COSINES, GridRecord};
+use super::grid_tables::{GRID_AXES, GRID_SH2, GRID_SIX_COSINES, GridBlockRecord, GridRecord};
 use super::light_surfels::MaterialColors;
 use super::moving_geometry::PlacementRecord;
 use super::reflection::{Layout, Partners, parse, record, workgroup_size, write_for_direct3d_and_metal};
@@ -30,8 +30,7 @@ use crate::frame::{
     BLOCK, BORDER_SLOT, BorderRecord, ChangeTerm, FillRecord, NEXT_TO_NOTHING, PROBES_SHARE, URGENCIES,
     URGENCY_STEP_BITS, Waiting,
 };
-use crate::grid_places::{BORROWED, GridPlace};
-use crate::irradiance_grid::LAMP_PASSES;
+use crate::grid_light::LAMP_PASSES;
 use crate::object_spheres::FADE_FROM;
 use crate::{ClusterExtent, FADE_STEPS, ObjectSphere};
 
@@ -148,11 +147,11 @@ fn records() -> Vec<(&'static str, Layout)> {
         record!(ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),
         record!(PlacementRecord as "Placement" { rows, number, unused }),
         record!(GridRecord as "Grid" {
-            origin, rows, last, kind, spacing, off_surface, counts, sphere_count, axes,
+            origin, rows, last, kind, spacing, off_surface, counts, sphere_count, cell_blocks, axes,
         }),
         record!(ObjectSphere as "ObjectSphere" { center, radius, albedo, reach, object, unused }),
         record!(GridCell as "GridCell" { planes, corners }),
-        record!(GridPlace as "GridPlace" { vertex, cell }),
+        record!(GridBlockRecord as "GridBlock" { present, first, level, nearest }),
         record!(AlphaTestRecord as "AlphaTest" { factor, cutoff, unused }),
     ]
 }
@@ -162,7 +161,9 @@ fn partners() -> Partners {
         records: records(),
         constants: constants(&[
             ("NONE", f64::from(NONE)),
-            ("BORROWED", f64::from(BORROWED)),
+            ("BLOCK_EDGE", f64::from(BLOCK_EDGE)),
+            ("MAX_GRID_LEVELS", f64::from(MAX_GRID_LEVELS)),
+            ("MAX_GRID_CORNERS", f64::from(8 * MAX_GRID_LEVELS)),
             ("GRID_SH2", f64::from(GRID_SH2)),
             ("GRID_AXES", f64::from(GRID_AXES)),
             ("GRID_SIX_COSINES", f64::from(GRID_SIX_COSINES)),
