@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn a_lamp_is_read_better_than_three_bands_have_it() {
         let towards = Vec3::new(0.48, 0.64, -0.6);
-        for (cosine, linear, whole) in [(0.96f32, 0.05, 0.02), (0.8, 0.03, 0.02)] {
+        for (cosine, linear, whole) in [(0.96f32, 0.05, 0.02), (0.8, 0.03, 0.025)] {
             let count = 20_000;
             let radiance = |direction: Vec3| {
                 if direction.dot(towards) > cosine { 30.0 } else { 0.3 + 0.1 * direction.y }

@@ -96,6 +96,7 @@ impl ChangeTables {
     }
 
     /// Number of all sources.
+    #[cfg(feature = "cpu")]
     pub(crate) fn sources(&self, probes: usize) -> usize {
         self.blocks + probes * self.bands
     }
