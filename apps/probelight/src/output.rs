@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use probelight_asset::write_atomically;
+use probelight_eval::{EvalError, ImageView};
 use probelight_render::{DisplayImage, Exposure, Image, ToneMap};
 
 /// Fails now if writing `output` at the end would: its folder is missing or not writable, it is no ordinary
@@ -96,6 +97,11 @@ pub(crate) fn write_picture(
             Ok(Some(tone_map.ev()))
         }
     }
+}
+
+/// A picture as metrics read it.
+pub(crate) fn image_view(image: &Image) -> Result<ImageView<'_>, EvalError> {
+    ImageView::new(image.width as usize, image.height as usize, &image.pixels)
 }
 
 #[cfg(test)]

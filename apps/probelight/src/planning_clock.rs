@@ -14,8 +14,7 @@ const WIDTH: f32 = 0.5;
 /// Times of as many frames, shortest first: by the levels of detail of `medium`, seen from the middle, with objects that
 /// are elsewhere in each frame.
 pub(crate) fn planning_times(baked: &BakedScene, objects: u32, frames: u32) -> Vec<Duration> {
-    let bounds =
-        Bounds::of(baked.clusters.iter().flat_map(|cluster| [cluster.bounds.min, cluster.bounds.max]));
+    let bounds = bounds_of_clusters(baked);
     let view = View { position: bounds.min.midpoint(bounds.max), direction: Vec3::X };
     let settings = LodPreset::Medium.settings();
     let (mut planner, mut plan) = (Planner::new(baked), FramePlan::full(baked));
@@ -34,4 +33,9 @@ pub(crate) fn planning_times(baked: &BakedScene, objects: u32, frames: u32) -> V
     let mut times: Vec<Duration> = (0..frames).map(&mut time).collect();
     times.sort_unstable();
     times
+}
+
+/// A box around all clusters, metres.
+pub(crate) fn bounds_of_clusters(baked: &BakedScene) -> Bounds {
+    Bounds::of(baked.clusters.iter().flat_map(|cluster| [cluster.bounds.min, cluster.bounds.max]))
 }

@@ -158,6 +158,33 @@ impl BakedParts {
         &texels[..texels.len().min(cluster.receiver_count as usize)]
     }
 
+    /// The receiver of each lightmap texel, [`NONE`](crate::NONE) outside the charts.
+    pub fn receivers_of_chart_texels(&self) -> Vec<u32> {
+        let mut receivers = vec![NONE; self.lightmap.width as usize * self.lightmap.height as usize];
+        for (receiver, texel) in (0..).zip(&self.receiver_texels) {
+            receivers[*texel as usize] = receiver;
+        }
+        receivers
+    }
+
+    /// The receiver whose irradiance each lightmap texel shows, around the charts, too; [`NONE`](crate::NONE) if the texel is
+    /// never written.
+    pub fn receivers_of_texels(&self) -> Vec<u32> {
+        let mut receivers = self.receivers_of_chart_texels();
+        for [texel, source] in &self.lightmap.dilation {
+            receivers[*texel as usize] = receivers[*source as usize];
+        }
+        receivers
+    }
+
+    /// Of each receiver, the number of its cluster.
+    pub fn clusters_of_receivers(&self) -> Vec<u32> {
+        let clusters = (0..).zip(&self.clusters);
+        clusters
+            .flat_map(|(number, cluster)| std::iter::repeat_n(number, cluster.receiver_count as usize))
+            .collect()
+    }
+
     /// Number of columns of a cluster's ΣVᵀ.
     pub fn column_count(&self, cluster: &Cluster) -> usize {
         cluster.signal_count as usize + cluster.probe_count as usize * self.coefficients()

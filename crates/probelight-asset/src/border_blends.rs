@@ -70,15 +70,8 @@ struct Neighbors<'a> {
 
 impl<'a> Neighbors<'a> {
     fn of(baked: &'a BakedParts) -> Self {
-        let layout = &baked.lightmap;
-        let mut receiver_of_texel = vec![NONE; layout.width as usize * layout.height as usize];
-        for (texel, receiver) in baked.receiver_texels.iter().zip(0..) {
-            receiver_of_texel[*texel as usize] = receiver;
-        }
-        let clusters = baked.clusters.iter().zip(0..);
-        let cluster_of_receiver = clusters
-            .flat_map(|(cluster, number)| std::iter::repeat_n(number, cluster.receiver_count as usize));
-        Self { baked, receiver_of_texel, cluster_of_receiver: cluster_of_receiver.collect() }
+        let receiver_of_texel = baked.receivers_of_chart_texels();
+        Self { baked, receiver_of_texel, cluster_of_receiver: baked.clusters_of_receivers() }
     }
 
     fn cluster(&self, receiver: u32) -> u32 {

@@ -66,6 +66,21 @@ pub struct GridVertex {
     pub offset: [i8; 4],
 }
 
+/// Where a vertex of a grid is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VertexPlace {
+    /// Its number.
+    pub vertex: u32,
+    /// Its block, counted in blocks.
+    pub block: UVec3,
+    /// That of its block.
+    pub level: u32,
+    /// Its own place in the grid.
+    pub place: UVec3,
+    /// Where it measures in the world, metres.
+    pub position: Vec3,
+}
+
 impl GridLayout {
     /// The places that blocks of a level, or of coarser ones, have: a grid of its own.
     pub fn at_level(&self, level: u32) -> Self {
@@ -87,10 +102,12 @@ impl GridLayout {
     /// Index of the block that a place lies in, and the place's bit there.
     pub fn place(&self, place: UVec3) -> (usize, u32) {
         let (block, within) = (place / BLOCK_EDGE, place % BLOCK_EDGE);
-        let blocks = self.blocks();
-        let index =
-            block.x as usize + blocks.x as usize * (block.y as usize + blocks.y as usize * block.z as usize);
-        (index, within.x + BLOCK_EDGE * (within.y + BLOCK_EDGE * within.z))
+        (index_of(self.blocks(), block), index_of(UVec3::splat(BLOCK_EDGE), within) as u32)
+    }
+
+    /// Whether the block that a place lies in has vertices at all places of a level, as far as they have light.
+    pub fn is_covered(&self, blocks: &[GridBlock], place: UVec3, level: u32) -> bool {
+        blocks[self.place(place).0].level <= level
     }
 
     /// Whether light is read from a cell of a level, given the blocks of vertices: one of its corners is as fine as the
@@ -98,7 +115,7 @@ impl GridLayout {
     pub fn is_read(&self, blocks: &[GridBlock], level: u32, cell: UVec3) -> bool {
         let covers = |level: u32, place: UVec3| {
             let place = place << level;
-            place.cmplt(self.counts).all() && blocks[self.place(place).0].level <= level
+            place.cmplt(self.counts).all() && self.is_covered(blocks, place, level)
         };
         let has_corner = places_of(UVec3::splat(2)).any(|corner| covers(level, cell + corner));
         let is_finer =
@@ -116,6 +133,11 @@ impl GridLayout {
 pub fn places_of(size: UVec3) -> impl Iterator<Item = UVec3> {
     (0..size.z)
         .flat_map(move |z| (0..size.y).flat_map(move |y| (0..size.x).map(move |x| UVec3::new(x, y, z))))
+}
+
+/// The number of a place among [`places_of`] a size.
+pub fn index_of(size: UVec3, place: UVec3) -> usize {
+    place.x as usize + size.x as usize * (place.y as usize + size.y as usize * place.z as usize)
 }
 
 impl GridBlock {
@@ -180,9 +202,24 @@ impl BakedParts {
         self.grid_blocks[block].number(bit)
     }
 
-    /// Whether the block that a place lies in has vertices at all places of a level, as far as they have light.
-    pub fn grid_covers(&self, place: UVec3, level: u32) -> bool {
-        self.grid_blocks[self.grid.place(place).0].level <= level
+    /// The vertices of the grid, in their order.
+    pub fn grid_vertex_places(&self) -> impl Iterator<Item = VertexPlace> {
+        let within_block = || (0..).zip(places_of(UVec3::splat(BLOCK_EDGE)));
+        let blocks = places_of(self.grid.blocks()).zip(&self.grid_blocks);
+        blocks.flat_map(move |(at, block)| {
+            let spacing = self.grid.at_level(block.level).spacing;
+            within_block().filter_map(move |(bit, within)| {
+                let (vertex, place) = (block.number(bit)?, at * BLOCK_EDGE + within);
+                let offset = self.grid_vertices[vertex as usize].offset() * spacing;
+                Some(VertexPlace {
+                    vertex,
+                    block: at,
+                    level: block.level,
+                    place,
+                    position: self.grid.position(place) + offset,
+                })
+            })
+        })
     }
 
     /// The walls in the cell between a place of a level and the next ones along each axis; the place is counted in that

@@ -73,7 +73,8 @@ pub use cluster::Cluster;
 pub use error::AssetError;
 pub use error::{DecodeError, InvalidParts};
 pub use grid::{
-    BLOCK_EDGE, CELL_PLANES, GridBlock, GridCell, GridLayout, GridVertex, MAX_GRID_LEVELS, places_of,
+    BLOCK_EDGE, CELL_PLANES, GridBlock, GridCell, GridLayout, GridVertex, MAX_GRID_LEVELS, VertexPlace,
+    index_of, places_of,
 };
 pub use grid_basis::{GridBasis, GridBasisKind, GridLobe, MAX_GRID_ROWS};
 pub use info::{BakedInfo, SectionInfo};

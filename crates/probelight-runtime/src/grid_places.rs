@@ -1,6 +1,6 @@
 //! Where light comes from outside the grid in free space, and where a cell of it has no vertices.
 
-use probelight_asset::{BLOCK_EDGE, BakedScene, GridLayout, NONE, places_of};
+use probelight_asset::{BLOCK_EDGE, BakedScene, GridLayout, NONE, VertexPlace, index_of, places_of};
 use probelight_math::glam::{IVec3, UVec3, Vec3};
 
 /// For each block of a grid, x fastest, the vertex nearest to its first place; none without a grid.
@@ -23,9 +23,7 @@ impl GridPlaces {
     /// The vertex nearest to a block's first place; beyond the grid, to that of the last block.
     #[inline]
     pub(crate) fn nearest_vertex(&self, block: UVec3) -> u32 {
-        let block = block.min(self.blocks - 1);
-        let index = block.x + self.blocks.x * (block.y + self.blocks.y * block.z);
-        self.nearest[index as usize]
+        self.nearest[index_of(self.blocks, block.min(self.blocks - 1))]
     }
 
     /// All of them, for shaders.
@@ -45,23 +43,15 @@ pub(crate) fn places_of_blocks(grid: &GridLayout) -> GridLayout {
 fn nearest_vertices(baked: &BakedScene, blocks: UVec3) -> Vec<u32> {
     let grid = &baked.grid;
     let places: Vec<UVec3> = places_of(blocks).collect();
-    let mut measured = vec![Vec3::ZERO; baked.grid_vertices.len()];
-    let distance = |measured: &[Vec3], vertex: u32, block: UVec3| {
+    let measured: Vec<Vec3> = baked.grid_vertex_places().map(|vertex| vertex.position).collect();
+    let distance = |vertex: u32, block: UVec3| {
         measured[vertex as usize].distance_squared(grid.position(block * BLOCK_EDGE))
     };
     let mut nearest = vec![NONE; places.len()];
-    for ((known, record), block) in nearest.iter_mut().zip(&baked.grid_blocks).zip(&places) {
-        let spacing = grid.at_level(record.level).spacing;
-        for (bit, within) in (0..).zip(places_of(UVec3::splat(BLOCK_EDGE))) {
-            let Some(vertex) = record.number(bit) else { continue };
-            let at = *block * BLOCK_EDGE + within;
-            let offset = baked.grid_vertices[vertex as usize].offset();
-            measured[vertex as usize] = grid.position(at) + offset * spacing;
-            let is_nearer =
-                *known == NONE || distance(&measured, vertex, *block) < distance(&measured, *known, *block);
-            if is_nearer {
-                *known = vertex;
-            }
+    for VertexPlace { vertex, block, .. } in baked.grid_vertex_places() {
+        let known = &mut nearest[index_of(blocks, block)];
+        if *known == NONE || distance(vertex, block) < distance(*known, block) {
+            *known = vertex;
         }
     }
     let mut front: Vec<usize> = (0..places.len()).filter(|index| nearest[*index] != NONE).collect();
@@ -72,7 +62,7 @@ fn nearest_vertices(baked: &BakedScene, blocks: UVec3) -> Vec<u32> {
         next.dedup();
         let chosen = next.iter().map(|index| {
             let known = neighbors(blocks, places[*index]).map(|other| nearest[other]);
-            let distance = |vertex: &u32| distance(&measured, *vertex, places[*index]);
+            let distance = |vertex: &u32| distance(*vertex, places[*index]);
             let candidates = known.filter(|vertex| *vertex != NONE);
             candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b))).unwrap_or(NONE)
         });
@@ -88,5 +78,5 @@ fn neighbors(counts: UVec3, at: UVec3) -> impl Iterator<Item = usize> {
     let steps = (0..27).map(|i| IVec3::new(i % 3, i / 3 % 3, i / 9) - 1).filter(|step| *step != IVec3::ZERO);
     let places = steps.map(move |step| at.as_ivec3() + step);
     let inside = places.filter(move |at| at.cmpge(IVec3::ZERO).all() && at.cmplt(counts.as_ivec3()).all());
-    inside.map(move |at| (at.x + counts.x as i32 * (at.y + counts.y as i32 * at.z)) as usize)
+    inside.map(move |at| index_of(counts, at.as_uvec3()))
 }

@@ -92,13 +92,9 @@ impl<'a> IrradianceGrid<'a> {
         let mut covered = 0.0;
         for (i, corner) in corners().enumerate() {
             let (at, share) = ((place.cell + corner) << level, place.share(corner));
-            let vertex = if self.baked.grid_covers(at, level) {
-                covered += share;
-                self.baked.grid_vertex(at)
-            } else {
-                None
-            };
-            match vertex {
+            let is_covered = is_covered(self.baked, at, level);
+            covered += if is_covered { share } else { 0.0 };
+            match self.baked.grid_vertex(at).filter(|_| is_covered) {
                 Some(vertex) => found[i] = (vertex, share),
                 None => sight[i] = 0.0,
             }
@@ -186,8 +182,12 @@ fn corners_from_next(next: u8, way: IVec3) -> u8 {
 pub(crate) fn is_empty_cell(baked: &BakedScene, level: u32, cell: UVec3) -> bool {
     corners().all(|corner| {
         let at = (cell + corner) << level;
-        !baked.grid_covers(at, level) || baked.grid_vertex(at).is_none()
+        !is_covered(baked, at, level) || baked.grid_vertex(at).is_none()
     })
+}
+
+fn is_covered(baked: &BakedScene, place: UVec3, level: u32) -> bool {
+    baked.grid.is_covered(&baked.grid_blocks, place, level)
 }
 
 /// Where a position lies between the places of a grid.

@@ -155,7 +155,7 @@ impl Runtime {
 
     /// What the last frame computed: of the [plan](Self::plan) what did not wait, see [`LodChanges`](crate::LodChanges).
     pub fn work(&self) -> &FramePlan {
-        self.work.as_ref().map_or(self.plans.plan(), |work| work.work())
+        work_of(self.work.as_deref(), &self.plans)
     }
 
     /// Computes one frame, which adds one bounce to the lightmap.
@@ -188,23 +188,18 @@ impl Runtime {
     }
 
     fn run_stage(&mut self, stage: Stage) {
+        let touched = self.work.as_ref().map(|work| work.touched());
+        let is_touched = |cluster: u32| touched.is_none_or(|touched| touched[cluster as usize]);
         match stage {
             Stage::LightSurfels => self.light_surfels(),
             Stage::RelightProbes => self.relight_probes(),
             Stage::ProjectClusters => self.project_clusters(),
             Stage::GatherReceivers => {
-                let touched = self.work.as_ref().map(|work| work.touched());
-                self.receivers.gather_receivers(
-                    &self.baked,
-                    self.work.as_ref().map_or(self.plans.plan(), |work| work.work()),
-                    self.coefficients.values(),
-                    &mut self.lightmap,
-                    |cluster| touched.is_none_or(|touched| touched[cluster as usize]),
-                );
+                let plan = work_of(self.work.as_deref(), &self.plans);
+                let (coefficients, lightmap) = (self.coefficients.values(), &mut self.lightmap);
+                self.receivers.gather_receivers(&self.baked, plan, coefficients, lightmap, is_touched);
             }
             Stage::DilateLightmap => {
-                let touched = self.work.as_ref().map(|work| work.touched());
-                let is_touched = |cluster: u32| touched.is_none_or(|touched| touched[cluster as usize]);
                 self.dilation.dilate_lightmap(self.receivers.values(), &mut self.lightmap, is_touched);
             }
             // The CPU's renderer takes several samples per pixel instead.
@@ -367,6 +362,11 @@ impl Runtime {
     pub fn receiver_irradiance(&self) -> &[Vec3] {
         self.receivers.values()
     }
+}
+
+/// What of a plan a frame computes.
+fn work_of<'a>(work: Option<&'a ChooseWork>, plans: &'a FramePlans) -> &'a FramePlan {
+    work.map_or(plans.plan(), ChooseWork::work)
 }
 
 /// Renews the objects for rays; models that were there already keep their BVH.

@@ -8,13 +8,13 @@ use clap::{Args, ValueEnum};
 use probelight_asset::BakedScene;
 use probelight_runtime::View;
 use probelight_runtime::synthetic::{SyntheticSize, synthetic_lighting, synthetic_room};
-use probelight_scene::{Bounds, Lighting};
+use probelight_scene::Lighting;
 
 use crate::backend::BackendFlags;
 use crate::bench_report::{BenchReport, SceneFigures};
 use crate::console::{self, Console};
 use crate::lod_flag::{LodChoice, parse_lod};
-use crate::planning_clock::planning_times;
+use crate::planning_clock::{bounds_of_clusters, planning_times};
 use crate::stage_clock::{LightShow, StageClock};
 use crate::{input, interrupt, output};
 
@@ -117,6 +117,7 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     for scene in flags.scenes() {
         let LoadedScene { baked, lighting, name, view } = scene.load(flags.camera.as_deref())?;
         console.note(format!("measuring {name}, {} receivers", baked.receiver_texels.len()));
+        let planning = flags.objects.map(|objects| planning_times(&baked, objects, flags.frames));
         for percent in &flags.active_grid {
             let show = LightShow {
                 lighting: lighting.clone(),
@@ -127,7 +128,6 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
                 active_share: percent / 100.0,
             };
             let measured = clock.measure(Arc::clone(&baked), &show)?;
-            let planning = flags.objects.map(|objects| planning_times(&baked, objects, flags.frames));
             report.add(SceneFigures::of(name.clone(), &baked), &measured, planning.as_deref());
             interrupt::check()?;
         }
@@ -155,8 +155,7 @@ struct LoadedScene {
 
 /// A view from the middle of all clusters, all around.
 fn middle(baked: &BakedScene) -> View {
-    let corners = baked.clusters.iter().flat_map(|cluster| [cluster.bounds.min, cluster.bounds.max]);
-    let bounds = Bounds::of(corners);
+    let bounds = bounds_of_clusters(baked);
     View { position: bounds.min.midpoint(bounds.max), ..View::default() }
 }
 

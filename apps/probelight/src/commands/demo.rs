@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use probelight_eval::{EvalError, ImageView, ssim};
+use probelight_eval::{EvalError, ssim};
 use probelight_render::comparison::difference;
 use probelight_render::contact_sheet::ContactSheetRow;
 use probelight_render::gpu::GpuView;
@@ -18,6 +18,7 @@ use serde::Serialize;
 use crate::backend::BackendFlags;
 use crate::bundled::{BundledScene, LightPosition};
 use crate::console::{self, Console};
+use crate::output::image_view;
 use crate::studio::{PictureOptions, ShadingFlag, Studio};
 use crate::{interrupt, output};
 
@@ -285,11 +286,7 @@ fn compare(lit: &LitPictures, reference: &Image) -> Result<(ContactSheetRow, Sim
 /// Structural similarity of two pictures as the screen shows them.
 fn shown_similarity(image: &Image, reference: &Image, tone_map: ToneMap) -> Result<f64, EvalError> {
     let [image, reference] = [image, reference].map(|image| tone_map.display_from_image(image));
-    ssim(&view(&image)?, &view(&reference)?)
-}
-
-fn view(image: &Image) -> Result<ImageView<'_>, EvalError> {
-    ImageView::new(image.width as usize, image.height as usize, &image.pixels)
+    ssim(&image_view(&image)?, &image_view(&reference)?)
 }
 
 /// Runs a stage and adds the seconds it took.

@@ -8,16 +8,17 @@ use std::time::Duration;
 use anyhow::ensure;
 use clap::Args;
 use probelight_asset::BakedScene;
-use probelight_eval::{ImageView, flip, ssim};
+use probelight_eval::{flip, ssim};
 use probelight_math::glam::Quat;
 use probelight_render::comparison::difference;
-use probelight_render::{Exposure, Image, PixelFilter, RenderOptions, RenderOutput, ToneMap, View, render};
+use probelight_render::{Exposure, PixelFilter, RenderOptions, RenderOutput, ToneMap, View, render};
 use probelight_runtime::{FrameInput, Runtime, Stage, StageTimings};
 use probelight_scene::{Camera, Light, Lighting};
 use serde::Serialize;
 
 use crate::console::{self, Console};
 use crate::lod_flag::{LodChoice, parse_lod};
+use crate::output::image_view;
 use crate::{input, interrupt, output};
 
 const EXAMPLES: &str = "\
@@ -273,13 +274,9 @@ impl LodBench<'_> {
             difference(&with_lod, &exact, tone_map, GAIN).write_png(&file("difference"))?;
         }
         let [with_lod, exact] = [with_lod, exact].map(|image| tone_map.display_from_image(&image));
-        let (a, b) = (shown(&with_lod)?, shown(&exact)?);
+        let (a, b) = (image_view(&with_lod)?, image_view(&exact)?);
         Ok([ssim(&a, &b)?, flip(&a, &b)?])
     }
-}
-
-fn shown(image: &Image) -> anyhow::Result<ImageView<'_>> {
-    Ok(ImageView::new(image.width as usize, image.height as usize, &image.pixels)?)
 }
 
 /// Where the camera is when a share of the frames has gone by.

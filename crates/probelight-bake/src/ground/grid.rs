@@ -1,7 +1,8 @@
 //! Where light in free space is kept for objects that move: a grid over the scene's bounds (\[SED\] §4).
 //!
-//! It is even, or finer where surfaces are near (`grid_levels.rs`). Each vertex measures where it lies, or, if that is inside a solid or next to a surface, at the best
-//! place in its neighbourhood. Vertices without such a place have no light and are not stored.
+//! It is even, or finer where surfaces are near (`grid_levels.rs`). Each vertex measures where it lies, or, if that is
+//! inside a solid or next to a surface, at the best place in its neighbourhood. Vertices without such a place have no
+//! light and are not stored.
 
 use probelight_asset::{BLOCK_EDGE, BakeSettings, GridBlock, GridLayout, places_of};
 use probelight_math::glam::{UVec3, Vec3};

@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use probelight_asset::{BakedScene, places_of};
-use probelight_math::glam::{UVec3, Vec3};
+use probelight_asset::{BakedScene, VertexPlace};
+use probelight_math::glam::Vec3;
 use probelight_runtime::{GridPlaces, IrradianceGrid};
 
 /// Levels that blocks with vertices have.
@@ -22,7 +22,7 @@ pub(crate) fn share_of(baked: &BakedScene, is_lit: impl Fn(Vec3) -> bool) -> imp
 /// What comes of an irradiance at all vertices that `value` tells by where they measure.
 pub(crate) fn light_of(baked: &BakedScene, value: impl Fn(Vec3) -> f32) -> impl Fn(Vec3, Vec3) -> f32 {
     let mut values = vec![Vec3::ZERO; baked.receiver_count()];
-    for (vertex, position) in measured(baked) {
+    for VertexPlace { vertex, position, .. } in baked.grid_vertex_places() {
         let receivers = baked.vertex_receivers(vertex);
         assert_eq!(receivers.len(), baked.settings.grid_basis.rows());
         receivers.iter().for_each(|receiver| values[*receiver as usize] = Vec3::splat(value(position)));
@@ -31,16 +31,4 @@ pub(crate) fn light_of(baked: &BakedScene, value: impl Fn(Vec3) -> f32) -> impl 
     move |position, normal| {
         IrradianceGrid::new(baked, &places, &values).irradiance(position, normal).unwrap().x
     }
-}
-
-/// All vertices, and where they measure.
-fn measured(baked: &BakedScene) -> Vec<(u32, Vec3)> {
-    let grid = &baked.grid;
-    let vertex = |at: UVec3| {
-        let vertex = baked.grid_vertex(at)?;
-        let level = baked.grid_blocks[grid.place(at).0].level;
-        let offset = baked.grid_vertices[vertex as usize].offset() * grid.at_level(level).spacing;
-        Some((vertex, grid.position(at) + offset))
-    };
-    places_of(grid.counts).filter_map(vertex).collect()
 }

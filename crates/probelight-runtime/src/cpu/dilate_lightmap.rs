@@ -5,7 +5,6 @@ use probelight_math::glam::Vec3;
 
 use super::scatter::Scatter;
 use crate::IrradianceLightmap;
-use crate::frame::ReceiverPlace;
 
 /// Which receiver each texel outside the charts repeats.
 #[derive(Clone, Debug)]
@@ -16,14 +15,10 @@ pub struct Dilation {
 impl Dilation {
     /// Prepares the copies. Their sources are receivers, so that no copy waits for another.
     pub fn new(baked: &BakedScene) -> Self {
-        let mut receiver_of_texel = vec![u32::MAX; texel_count(baked)];
-        for (receiver, texel) in (0u32..).zip(&baked.receiver_texels) {
-            receiver_of_texel[*texel as usize] = receiver;
-        }
+        let (receivers, clusters) = (baked.receivers_of_chart_texels(), baked.clusters_of_receivers());
         let pairs = baked.lightmap.dilation.iter();
-        let pairs = pairs.map(|[texel, source]| (*texel, receiver_of_texel[*source as usize]));
-        let cluster = |receiver| ReceiverPlace::at(&baked.clusters, receiver).cluster;
-        Self { copies: Scatter::new(pairs, cluster) }
+        let pairs = pairs.map(|[texel, source]| (*texel, receivers[*source as usize]));
+        Self { copies: Scatter::new(pairs, |receiver| clusters[receiver as usize]) }
     }
 
     /// Copies the receivers' irradiance (in the order of `receiver_texels`) to the texels around the charts, at least that
@@ -36,8 +31,4 @@ impl Dilation {
     ) {
         self.copies.copy(receivers, &mut lightmap.texels, is_touched);
     }
-}
-
-fn texel_count(baked: &BakedScene) -> usize {
-    baked.lightmap.width as usize * baked.lightmap.height as usize
 }

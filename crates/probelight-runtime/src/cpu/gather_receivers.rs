@@ -11,7 +11,7 @@ use super::padded_end::PaddedEnd;
 use super::scatter::Scatter;
 use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes};
-use crate::frame::{FillRecord, FillTables, ReceiverPlace, leading};
+use crate::frame::{FillRecord, FillTables, leading};
 use crate::{FramePlan, IrradianceLightmap};
 
 /// Receivers computed together: their three channels' sums fill twelve AVX-512 registers, and up to two
@@ -33,11 +33,12 @@ pub struct ReceiverIrradiance {
 impl ReceiverIrradiance {
     /// Darkness for the receivers of a baked scene.
     pub fn new(baked: &BakedScene) -> Self {
+        let clusters = baked.clusters_of_receivers();
         Self {
             values: vec![Vec3::ZERO; baked.receiver_count()],
             borders: BlendBorders::new(&baked.clusters, &baked.border_blends()),
             copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..), |receiver| {
-                ReceiverPlace::at(&baked.clusters, receiver).cluster
+                clusters[receiver as usize]
             }),
             basis_end: PaddedEnd::new(
                 &baked.receiver_basis,

@@ -17,7 +17,7 @@ use bytemuck::{Pod, Zeroable};
 use probelight_asset::packed::{GAIN_STEPS, column_factor};
 use probelight_asset::{BakedScene, Cluster, NONE};
 
-use super::plan::{ReceiverPlace, probes_of};
+use super::plan::probes_of;
 
 /// Scalar signals of a source.
 pub(crate) const BLOCK: usize = 64;
@@ -96,7 +96,6 @@ impl ChangeTables {
     }
 
     /// Number of all sources.
-    #[cfg(feature = "cpu")]
     pub(crate) fn sources(&self, probes: usize) -> usize {
         self.blocks + probes * self.bands
     }
@@ -205,20 +204,14 @@ fn by_source(weights: impl Iterator<Item = (usize, f32)>) -> Vec<ChangeTerm> {
 
 /// Of each block, the clusters whose light its surfels reflect.
 fn reflected(baked: &BakedScene, blocks: usize) -> Lists<u32> {
-    let mut cluster_of_texel = vec![NONE; baked.lightmap.width as usize * baked.lightmap.height as usize];
-    for (number, cluster) in (0..).zip(&baked.clusters) {
-        baked.texels(cluster).iter().for_each(|texel| cluster_of_texel[*texel as usize] = number);
-    }
-    for [texel, source] in &baked.lightmap.dilation {
-        cluster_of_texel[*texel as usize] = cluster_of_texel[*source as usize];
-    }
+    let (receivers, clusters) = (baked.receivers_of_texels(), baked.clusters_of_receivers());
     let mut lists = vec![Vec::new(); blocks];
     for (list, surfels) in lists.iter_mut().zip(baked.surfels.chunks(BLOCK)) {
         let samples = surfels.iter().flat_map(|surfel| {
             &baked.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize]
         });
-        let clusters = samples.filter_map(|sample| cluster_of_texel.get(sample.texel as usize));
-        list.extend(clusters.copied().filter(|cluster| *cluster != NONE));
+        let met = samples.filter_map(|sample| receivers.get(sample.texel as usize));
+        list.extend(met.filter(|receiver| **receiver != NONE).map(|receiver| clusters[*receiver as usize]));
         list.sort_unstable();
         list.dedup();
     }
@@ -227,10 +220,10 @@ fn reflected(baked: &BakedScene, blocks: usize) -> Lists<u32> {
 
 /// Of each cluster, those across its borders.
 fn neighbors(baked: &BakedScene) -> Lists<u32> {
+    let clusters = baked.clusters_of_receivers();
     let mut lists = vec![Vec::new(); baked.clusters.len()];
     for record in baked.border_blends() {
-        let [own, across] = [record.receiver, record.neighbor]
-            .map(|receiver| ReceiverPlace::at(&baked.clusters, receiver).cluster);
+        let [own, across] = [record.receiver, record.neighbor].map(|receiver| clusters[receiver as usize]);
         lists[own as usize].push(across);
     }
     for list in &mut lists {

@@ -1,9 +1,10 @@
 //! Where light is read from the grid's clusters: objects there need them computed.
 
-use probelight_asset::{BLOCK_EDGE, BakedScene, places_of};
+use probelight_asset::{BLOCK_EDGE, BakedScene, VertexPlace, index_of, places_of};
 use probelight_math::glam::{UVec3, Vec3};
 use probelight_scene::Bounds;
 
+use super::plan::ReceiverPlace;
 use crate::GridPlaces;
 use crate::irradiance_grid::{OFF_SURFACE, is_empty_cell};
 
@@ -17,19 +18,15 @@ pub(super) fn grid_reach(baked: &BakedScene) -> Vec<Bounds> {
     let mut reach = vec![nothing; baked.clusters.len() - first];
     let mut reach_from = |vertex: u32, low: Vec3, high: Vec3| {
         for receiver in baked.vertex_receivers(vertex) {
-            let after = baked.clusters.partition_point(|cluster| cluster.first_receiver <= *receiver);
-            let bounds = &mut reach[after - 1 - first];
+            let cluster = ReceiverPlace::at(&baked.clusters, *receiver).cluster as usize;
+            let bounds = &mut reach[cluster - first];
             *bounds = Bounds { min: bounds.min.min(low), max: bounds.max.max(high) };
         }
     };
     let (grid, margin) = (&baked.grid, OFF_SURFACE * baked.grid.spacing);
-    for (block, record) in places_of(grid.blocks()).zip(&baked.grid_blocks) {
-        for (bit, within) in (0..).zip(places_of(UVec3::splat(BLOCK_EDGE))) {
-            let Some(vertex) = record.number(bit) else { continue };
-            let place = block * BLOCK_EDGE + within;
-            let around = cells_read_around(baked, record.level, place) + margin;
-            reach_from(vertex, grid.position(place) - around, grid.position(place) + around);
-        }
+    for VertexPlace { vertex, level, place, .. } in baked.grid_vertex_places() {
+        let (at, around) = (grid.position(place), cells_read_around(baked, level, place) + margin);
+        reach_from(vertex, at - around, at + around);
     }
     let places = GridPlaces::new(baked);
     let edge = grid.spacing * BLOCK_EDGE as f32 + margin;
@@ -54,9 +51,8 @@ fn cells_read_around(baked: &BakedScene, level: u32, place: UVec3) -> Vec3 {
     let grid = &baked.grid;
     let is_read = |level: u32| {
         let at = place >> level;
-        let cells = places_of(UVec3::splat(2)).filter(|step| step.cmple(at).all()).map(|step| at - step);
         place % (1 << level) == UVec3::ZERO
-            && cells.into_iter().any(|cell| grid.is_read(&baked.grid_blocks, level, cell))
+            && up_to(at).any(|cell| grid.is_read(&baked.grid_blocks, level, cell))
     };
     let coarsest = (level..grid.levels).rev().find(|level| is_read(*level)).unwrap_or(level);
     grid.at_level(coarsest).spacing
@@ -76,10 +72,11 @@ fn places_that_borrow(baked: &BakedScene) -> impl Iterator<Item = UVec3> {
     let has_empty_cell: Vec<bool> = places_of(blocks).map(has_empty_cell).collect();
     places_of(blocks).filter(move |block| {
         let is_border = block.cmpeq(UVec3::ZERO).any() || block.cmpeq(blocks - 1).any();
-        let around = places_of(UVec3::splat(2)).filter(|step| step.cmple(*block).all());
-        let mut around = around.map(|step| *block - step);
-        is_border
-            || around
-                .any(|block| has_empty_cell[(block.x + blocks.x * (block.y + blocks.y * block.z)) as usize])
+        is_border || up_to(*block).any(|block| has_empty_cell[index_of(blocks, block)])
     })
+}
+
+/// A place and those one step before it along each axis: where the cells begin that it is a corner of.
+fn up_to(place: UVec3) -> impl Iterator<Item = UVec3> {
+    places_of(UVec3::splat(2)).filter(move |step| step.cmple(place).all()).map(move |step| place - step)
 }

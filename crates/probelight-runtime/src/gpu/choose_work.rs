@@ -118,10 +118,10 @@ impl WorkBuffers {
         storage: &Storage,
         baked: &BakedScene,
         rules: &WorkRules,
+        sources: usize,
         signals: &wgpu::Buffer,
     ) -> Result<Self, GpuError> {
         let (clusters, probes) = (baked.clusters.len(), baked.probes.len());
-        let sources = rules.blocks as usize + probes * rules.bands as usize;
         let zeros = |content, count: usize, of: usize| storage.zeros(content, (count * of) as u64);
         Ok(Self {
             rules: storage.uniform("rules of a frame", rules),
@@ -148,7 +148,7 @@ impl ChooseWork {
         let tables = ChangeTables::new(baked);
         let rules = rules(baked, &tables);
         let FrameBuffers { signals, extents, work, .. } = frame;
-        let own = WorkBuffers::new(storage, baked, &rules, signals)?;
+        let own = WorkBuffers::new(storage, baked, &rules, tables.sources(baked.probes.len()), signals)?;
         let WorkBuffers { rules: r, changes, last_signals, states, held, words, .. } = &own;
         let (wishes, probe_wishes) = (&own.cluster_wishes, &own.probe_wishes);
         let [reflected, reflected_items] = lists(storage, "what surfels reflect", &tables.reflected)?;

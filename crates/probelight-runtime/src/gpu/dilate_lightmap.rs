@@ -9,8 +9,6 @@ use super::frame_buffers::{FrameBuffers, level_view};
 use super::kernel::Kernel;
 use super::stage_shaders::DILATE_LIGHTMAP;
 use super::storage::Storage;
-use super::surfel_shards::receivers_of_texels;
-use crate::frame::ReceiverPlace;
 
 /// Invocations of a workgroup.
 pub(super) const WORKGROUP: usize = 64;
@@ -41,14 +39,10 @@ impl DilateLightmap {
         baked: &BakedScene,
         buffers: &FrameBuffers,
     ) -> Result<Self, GpuError> {
-        let receivers = receivers_of_texels(baked);
+        let (receivers, clusters) = (baked.receivers_of_texels(), baked.clusters_of_receivers());
         let copy = |[texel, source]: &[u32; 2]| {
             let receiver = receivers[*source as usize];
-            TexelCopy {
-                texel: *texel,
-                receiver,
-                cluster: ReceiverPlace::at(&baked.clusters, receiver).cluster,
-            }
+            TexelCopy { texel: *texel, receiver, cluster: clusters[receiver as usize] }
         };
         let mut copies: Vec<TexelCopy> = baked.lightmap.dilation.iter().map(copy).collect();
         copies.sort_unstable_by_key(|copy| copy.texel);

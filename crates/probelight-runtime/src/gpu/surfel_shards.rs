@@ -79,7 +79,7 @@ pub(super) struct SurfelShard {
 /// # Errors
 /// [`GpuError::TooLarge`] if a single surfel does not fit in a binding.
 pub(super) fn surfel_shards(storage: &Storage, baked: &BakedScene) -> Result<Vec<SurfelShard>, GpuError> {
-    let receivers = receivers_of_texels(baked);
+    let receivers = baked.receivers_of_texels();
     // The places of the samples are the longest array.
     divide(&baked.surfels, storage.limit, |surfel| {
         u64::from(surfel.sample_count) * size_of::<SamplePlace>() as u64
@@ -87,18 +87,6 @@ pub(super) fn surfel_shards(storage: &Storage, baked: &BakedScene) -> Result<Vec
     .into_iter()
     .map(|surfels| SurfelShard::new(storage, baked, &receivers, surfels))
     .collect()
-}
-
-/// The receiver whose irradiance each lightmap texel shows, or [`NONE`] if the texel is never written.
-pub(super) fn receivers_of_texels(baked: &BakedScene) -> Vec<u32> {
-    let mut receivers = vec![NONE; baked.lightmap.width as usize * baked.lightmap.height as usize];
-    for (receiver, texel) in (0u32..).zip(&baked.receiver_texels) {
-        receivers[*texel as usize] = receiver;
-    }
-    for [texel, source] in &baked.lightmap.dilation {
-        receivers[*texel as usize] = receivers[*source as usize];
-    }
-    receivers
 }
 
 /// The arrays of a shard, as they will lie on the GPU.

@@ -295,9 +295,14 @@ fn corner_at(i: u32) -> vec3u {
     return vec3u(i & 1u, i >> 1u & 1u, i >> 2u);
 }
 
+// Places along each axis of a level.
+fn places_along(level: u32) -> vec3u {
+    return (grid.counts - 1u) / (1u << level) + 1u;
+}
+
 // Blocks along each axis of a level's places.
 fn blocks_along(level: u32) -> vec3u {
-    return ((grid.counts - 1u) / (1u << level) + BLOCK_EDGE) / BLOCK_EDGE;
+    return (places_along(level) + BLOCK_EDGE - 1u) / BLOCK_EDGE;
 }
 
 // Index of the block that a place of a level lies in, from the level's first one on.
@@ -326,8 +331,7 @@ struct CellPlace {
 }
 
 fn cell_place(level: u32, position: vec3f) -> CellPlace {
-    let counts = (grid.counts - 1u) / (1u << level) + 1u;
-    return place_between(counts, grid.spacing * f32(1u << level), position);
+    return place_between(places_along(level), grid.spacing * f32(1u << level), position);
 }
 
 fn place_between(counts: vec3u, spacing: vec3f, position: vec3f) -> CellPlace {
@@ -383,7 +387,7 @@ fn corners_in_sight(level: u32, place: CellPlace) -> array<vec4f, 2> {
         let stepped = corner_at(step);
         let way = select(vec3i(stepped), -vec3i(stepped), is_lower);
         let low = vec3i(place.cell) + way;
-        if any(low < vec3i(0)) || any(low > vec3i((grid.counts - 1u) / (1u << level))) {
+        if any(low < vec3i(0)) || any(low >= vec3i(places_along(level))) {
             continue;
         }
         let number = number_in(grid.cell_blocks[level] + block_of(level, vec3u(low)), vec3u(low));
