@@ -78,11 +78,11 @@ pub(crate) struct SettingFlags {
     #[arg(long)]
     hard_borders: bool,
     /// Vertices of the grid that keeps light in free space for moving objects; 0 for none [default: one
-    /// for 55 receivers, at least 6000]
+    /// for 40 receivers, at least 6000]
     #[arg(long, value_name = "N", conflicts_with = "grid_spacing")]
     grid: Option<u32>,
-    /// Distances that there are between vertices of the grid, each twice the last, the smallest where
-    /// surfaces are near; with 1 the grid is even, and --grid counts what lies in solids, too [default: 3]
+    /// Distances that there are between vertices of the grid, each twice the last, the smallest in rooms
+    /// and near emitters; with 1 the grid is even, and --grid counts what lies in solids, too [default: 3]
     #[arg(long, value_name = "L", conflicts_with = "grid_spacing")]
     grid_levels: Option<u32>,
     /// Distance between neighbouring vertices of an even grid, metres, instead of --grid

@@ -43,7 +43,7 @@ pub struct BakeSettings {
     pub max_cluster_error: f32,
     /// What a further byte per receiver had to save where that error was out of reach, as a share of its energy.
     pub byte_price: f32,
-    /// Wanted number of vertices of the grid in free space, more of them where surfaces are near.
+    /// Wanted number of vertices of the grid in free space, more of them in rooms and near emitters.
     pub grid_vertices: Option<u32>,
     /// Largest distance between neighbouring vertices of an even grid; without it and a number, there is none.
     pub grid_spacing: Option<f32>,

@@ -6,6 +6,10 @@ pub(super) const PLACE_RAYS: usize = 128;
 /// How many of these are enough to know the inside of a solid: most of them meet what is unlit.
 pub(super) const FIRST_PLACE_RAYS: usize = 16;
 
+/// Share of the directions in which a place must meet surfaces for the farthest of these to tell how large the space around
+/// it is. Doors, windows and an open roof over a court may take the rest.
+pub(super) const EXTENT_SHARE: f32 = 0.85;
+
 /// Share of a place's rays that may meet back faces of single-sided materials before an enclosed place counts as the
 /// inside of a solid.
 pub(super) const MAX_BACK_SHARE: f32 = 0.25;

@@ -28,8 +28,8 @@ use rayon::prelude::*;
 
 use crate::BakeError;
 use crate::air::limits::{
-    FEWEST_LIT_WALKS, FIRST_PLACE_RAYS, FIRST_WALKS, MAX_BACK_SHARE, MAX_SOLID_SHARE, MAX_UNLIT_SHARE,
-    PLACE_RAYS, PLACES_TRIED, SMALLEST_COSINE, STEPS_PER_WALK, WALKS,
+    EXTENT_SHARE, FEWEST_LIT_WALKS, FIRST_PLACE_RAYS, FIRST_WALKS, MAX_BACK_SHARE, MAX_SOLID_SHARE,
+    MAX_UNLIT_SHARE, PLACE_RAYS, PLACES_TRIED, SMALLEST_COSINE, STEPS_PER_WALK, WALKS,
 };
 use crate::air::point_tree::PointTree;
 use crate::air::voxels::VoxelGrid;
@@ -78,15 +78,15 @@ impl Survey {
     }
 }
 
-/// How fast light changes around a place: its second derivatives are those of radiance seen over distance squared.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct LightChanges {
-    /// If all that is seen but the sky were as bright: the mean over directions of 1 / distance², 1/m².
-    pub(crate) of_surfaces: f32,
-    /// By what emitters send alone: the same times their luminance.
-    pub(crate) of_emitters: f32,
-    /// Mean luminance of emitters over directions.
+/// How large the space around a place is, and what emitters send there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surroundings {
+    /// Distance within which it meets a surface in nearly all directions, metres; infinite outdoors.
+    pub(crate) extent: f32,
+    /// Mean luminance of emitters over all directions.
     pub(crate) emission: f32,
+    /// The same over distance squared, 1/m².
+    pub(crate) emission_change: f32,
 }
 
 fn rays_around(position: Vec3) -> impl Iterator<Item = Ray> {
@@ -186,26 +186,26 @@ impl<'a> Air<'a> {
         Some(Survey::of_hits(self.tracer, position, false, &hits))
     }
 
-    /// How fast light changes around a place, if light is there. What is nearer than `nearest` (metres) counts as if it were
-    /// so far away.
-    pub(crate) fn light_changes(
+    /// What is around a place, if light is there. Emitters count as no nearer than `nearest` (metres).
+    pub(crate) fn surroundings(
         &self,
         position: Vec3,
         lit_sides: &LitSides,
         nearest: f32,
-    ) -> Option<LightChanges> {
+    ) -> Option<Surroundings> {
         let hits = self.hits_of_lit_place(position, lit_sides)?;
-        let mut changes = LightChanges::default();
-        for hit in hits.iter().flatten() {
-            let nearness = hit.distance.max(nearest).powi(-2) / PLACE_RAYS as f32;
-            changes.of_surfaces += nearness;
-            if self.is_emissive(hit) {
-                let emission = luminance(self.tracer.scene().material(hit.triangle as usize).emission);
-                changes.of_emitters += nearness * emission;
-                changes.emission += emission / PLACE_RAYS as f32;
-            }
+        let mut distances: Vec<f32> =
+            hits.iter().map(|hit| hit.map_or(f32::INFINITY, |hit| hit.distance)).collect();
+        distances.sort_by(f32::total_cmp);
+        let extent = distances[(EXTENT_SHARE * PLACE_RAYS as f32) as usize];
+        let mut seen = Surroundings { extent, emission: 0.0, emission_change: 0.0 };
+        for hit in hits.iter().flatten().filter(|hit| self.is_emissive(hit)) {
+            let emission =
+                luminance(self.tracer.scene().material(hit.triangle as usize).emission) / PLACE_RAYS as f32;
+            seen.emission += emission;
+            seen.emission_change += emission * hit.distance.max(nearest).powi(-2);
         }
-        Some(changes)
+        Some(seen)
     }
 
     /// What the rays of a place meet, if that is light.

@@ -1,6 +1,6 @@
 //! Where light in free space is kept for objects that move: a grid over the scene's bounds (\[SED\] §4).
 //!
-//! It is even, or finer where surfaces are near (`grid_levels.rs`). Each vertex measures where it lies, or, if that is
+//! It is even, or finer in rooms than in the open (`grid_levels.rs`). Each vertex measures where it lies, or, if that is
 //! inside a solid or next to a surface, at the best place in its neighbourhood. Vertices without such a place have no
 //! light and are not stored.
 
@@ -12,8 +12,9 @@ use rayon::prelude::*;
 
 use crate::BakeError;
 use crate::air::{Air, LitSides};
-use crate::ground::grid_levels::{GridPlan, plan_levels};
+use crate::ground::grid_levels::{GridPlan, Survey};
 use crate::ground::site::{Outlook, Site};
+use crate::options::even_spacing;
 use crate::steps::for_each_in_parallel;
 
 /// Gather rays of a vertex as a multiple of a texel's: they go all around.
@@ -34,6 +35,10 @@ const SHIFTS: [f32; 4] = [0.1, 0.2, 0.32, 0.45];
 
 /// How far a vertex must be from surfaces, in spacings: nearer, it sees what is next to it and nothing else.
 const CLEARANCE: f32 = 0.08;
+
+/// Plans until about as many vertices have light as wanted, and the share that may be missing or too many.
+const MOST_PLANS: u32 = 5;
+const MOST_MISSED: f32 = 0.08;
 
 /// A grid as it is baked.
 #[derive(Clone, Debug, Default)]
@@ -77,11 +82,50 @@ pub(crate) fn place_grid(
     progress: &dyn Progress,
 ) -> Result<Grid, BakeError> {
     let bounds = air.tracer().scene().bounds();
-    let GridPlan { layout, levels } = match (settings.grid_spacing, settings.grid_vertices) {
-        (Some(spacing), _) => GridPlan::even(lattice(&bounds, spacing, 1)),
-        (None, Some(vertices)) => plan_levels(air, lit_sides, vertices, progress)?,
-        (None, None) => return Ok(Grid::default()),
-    };
+    let even =
+        |spacing| place_vertices(air, lit_sides, GridPlan::even(lattice(&bounds, spacing, 1)), progress);
+    match (settings.grid_spacing, settings.grid_vertices) {
+        (Some(spacing), _) => even(spacing),
+        (None, Some(vertices)) if bounds.size().min_element() == 0.0 => {
+            even(even_spacing(&bounds, vertices as f32))
+        }
+        (None, Some(vertices)) => place_wanted(air, lit_sides, vertices, progress),
+        (None, None) => Ok(Grid::default()),
+    }
+}
+
+/// Places about as many vertices as wanted. How many of those planned have light is known when they are placed.
+fn place_wanted(
+    air: &Air<'_>,
+    lit_sides: &LitSides,
+    vertices: u32,
+    progress: &dyn Progress,
+) -> Result<Grid, BakeError> {
+    let survey = Survey::of(air, lit_sides, vertices, progress)?;
+    let (mut planned, mut best) = (vertices as f32, None::<(f32, Grid)>);
+    for _ in 0..MOST_PLANS {
+        let grid = place_vertices(air, lit_sides, GridPlan::best(&survey, planned), progress)?;
+        let share = grid.vertices.len() as f32 / vertices as f32;
+        planned /= share.max(0.1);
+        let miss = share.ln().abs();
+        if best.as_ref().is_none_or(|(least, _)| miss < *least) {
+            best = Some((miss, grid));
+        }
+        if miss < MOST_MISSED {
+            break;
+        }
+    }
+    Ok(best.map_or_else(Grid::default, |(_, grid)| grid))
+}
+
+/// Places the vertices of a plan.
+fn place_vertices(
+    air: &Air<'_>,
+    lit_sides: &LitSides,
+    plan: GridPlan,
+    progress: &dyn Progress,
+) -> Result<Grid, BakeError> {
+    let GridPlan { layout, levels, .. } = plan;
     let places: Vec<(UVec3, u32)> = places_by_block(&layout)
         .enumerate()
         .map(|(i, place)| (place, levels[i / PLACES_PER_BLOCK]))

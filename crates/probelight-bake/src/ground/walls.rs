@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use probelight_asset::{CELL_PLANES, GridBlock, GridCell, GridLayout, NONE};
+use probelight_asset::{CELL_PLANES, GridBlock, GridCell, GridLayout, NONE, places_of};
 use probelight_math::glam::{UVec3, Vec3, Vec4};
 use probelight_scene::Scene;
 use probelight_trace::{Progress, Ray, Tracer};
@@ -62,6 +62,8 @@ struct Division {
 struct Witness {
     position: Vec3,
     corners: u8,
+    /// Whether corners of coarser cells light it.
+    is_open: bool,
 }
 
 /// Finds the walls in the cells of a grid.
@@ -106,7 +108,13 @@ fn divide_cells(
         }
         let corners = corner_places(grid, level, *cell);
         let has_corner = corners.iter().any(Option::is_some);
-        let cell = Cell { tracer, min: layout.position(*cell), size: layout.spacing, corners };
+        let cell = Cell {
+            tracer,
+            min: layout.position(*cell),
+            size: layout.spacing,
+            corners,
+            coarser: coarser_places(grid, level, *cell),
+        };
         if has_corner { cell.divide(triangles) } else { None }
     };
     let cells = cells.par_iter().zip(&triangles);
@@ -154,12 +162,27 @@ fn corner_places(grid: &Grid, level: u32, cell: UVec3) -> [Option<Vec3>; 8] {
     })
 }
 
+/// Where the corners of the coarser cells around a cell measure, if coarser blocks have some of its own.
+fn coarser_places(grid: &Grid, level: u32, cell: UVec3) -> Vec<Vec3> {
+    let is_coarser = |corner: UVec3| {
+        let place = (cell + corner) << level;
+        place.cmplt(grid.layout.counts).all() && !grid.layout.is_covered(&grid.blocks, place, level)
+    };
+    if !places_of(UVec3::splat(2)).any(is_coarser) {
+        return Vec::new();
+    }
+    let coarser = level + 1..grid.layout.levels;
+    coarser.flat_map(|coarser| corner_places(grid, coarser, cell >> (coarser - level))).flatten().collect()
+}
+
 /// A cell of the grid.
 struct Cell<'a> {
     tracer: &'a Tracer,
     min: Vec3,
     size: Vec3,
     corners: [Option<Vec3>; 8],
+    /// Where corners of coarser cells measure that light what none of these does.
+    coarser: Vec<Vec3>,
 }
 
 impl Cell<'_> {
@@ -184,7 +207,7 @@ impl Cell<'_> {
             }
         }
         // Nothing leads to the insides of solids, where nothing is to be lit.
-        witnesses.retain(|witness| witness.corners != 0);
+        witnesses.retain(|witness| witness.corners != 0 || witness.is_open);
         let all = (0..8).fold(0, |all, i| all | u8::from(self.corners[i].is_some()) << i);
         witnesses.iter().any(|witness| witness.corners != all).then(|| divide(&witnesses, &planes))
     }
@@ -211,8 +234,15 @@ impl Cell<'_> {
                 }
             }
         }
-        let witness =
-            |(position, region): (&Vec3, &usize)| Witness { position: *position, corners: corners[*region] };
+        let mut is_open = vec![false; places.len()];
+        for (place, region) in places.iter().zip(&regions) {
+            is_open[*region] = is_open[*region] || self.sees_coarser(*place);
+        }
+        let witness = |(position, region): (&Vec3, &usize)| Witness {
+            position: *position,
+            corners: corners[*region],
+            is_open: is_open[*region],
+        };
         places.iter().zip(&regions).map(witness).collect()
     }
 
@@ -231,6 +261,10 @@ impl Cell<'_> {
         regions
     }
 
+    fn sees_coarser(&self, position: Vec3) -> bool {
+        self.coarser.iter().any(|corner| self.tracer.is_visible(*corner, position))
+    }
+
     fn is_free(&self, from: Vec3, to: Vec3) -> bool {
         let direction = to - from;
         let ray = Ray { origin: from - OVERLAP * direction, direction, max_distance: 1.0 + 2.0 * OVERLAP };
@@ -246,12 +280,13 @@ impl Cell<'_> {
             .iter()
             .take(PLACES_TRIED)
             .find(|(_, place)| self.tracer.is_visible(position, place.position));
-        let corners = seen.map(|(_, place)| place.corners).unwrap_or_else(|| {
-            let sees =
-                |corner: &Option<Vec3>| corner.is_some_and(|corner| self.tracer.is_visible(position, corner));
-            (0..8).fold(0, |all, i| all | u8::from(sees(&self.corners[i])) << i)
-        });
-        Witness { position, corners }
+        if let Some((_, place)) = seen {
+            return Witness { position, ..**place };
+        }
+        let sees =
+            |corner: &Option<Vec3>| corner.is_some_and(|corner| self.tracer.is_visible(position, corner));
+        let corners = (0..8).fold(0, |all, i| all | u8::from(sees(&self.corners[i])) << i);
+        Witness { position, corners, is_open: self.sees_coarser(position) }
     }
 }
 
@@ -343,11 +378,21 @@ fn divide(witnesses: &[Witness], planes: &[Vec4]) -> Division {
         chosen.push(*plane);
     }
     let counts = count(&parts);
-    let corners = std::array::from_fn(|part| {
-        let most = (0..sets.len()).max_by_key(|set| counts[part][*set]);
-        most.filter(|set| counts[part][*set] > 0).map_or(u8::MAX, |set| sets[set])
-    });
+    let most = |part: usize| (0..sets.len()).max_by_key(|set| counts[part][*set]);
+    let known = |part: usize| most(part).filter(|set| counts[part][*set] > 0).map(|set| sets[set]);
+    let corners = std::array::from_fn(|part| known(part).unwrap_or_else(|| between(part, known)));
     Division { planes: chosen, corners }
+}
+
+/// The corners that light a part without witnesses, as there is one between the two planes of a thin wall where that has
+/// ended: those that light all lit parts across one plane from it.
+fn between(part: usize, known: impl Fn(usize) -> Option<u8>) -> u8 {
+    let beside =
+        (0..CELL_PLANES).filter_map(|plane| known(part ^ 1 << plane)).filter(|corners| *corners != 0);
+    match beside.fold(u8::MAX, |all, corners| all & corners) {
+        0 => u8::MAX,
+        corners => corners,
+    }
 }
 
 /// Gini impurity: of the witnesses of each part, how many a random other one contradicts on average.

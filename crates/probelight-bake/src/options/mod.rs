@@ -10,7 +10,7 @@ use probelight_asset::{GridBasis, Method, Metric, Storage};
 
 pub use quality::{Preset, Quality};
 pub(crate) use signal_plan::{SignalPlan, SurfaceSignals};
-pub(crate) use wishes::{Decided, ErrorGoal, Wishes};
+pub(crate) use wishes::{Decided, ErrorGoal, Wishes, even_spacing};
 
 /// What a user may ask of a bake. `None` means the documented default.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -70,10 +70,10 @@ pub struct BakeOptions {
     /// energy. Default 0.65 from 400,000 receivers on and less for fewer, in proportion: bytes matter by how many there
     /// will be. Give it, and the rays, so that parts of a world baked one by one are alike.
     pub byte_price: Option<f32>,
-    /// Vertices of the grid in free space, about so many that have light; none with 0. Default: one for 55
+    /// Vertices of the grid in free space, about so many that have light; none with 0. Default: one for 40
     /// receivers, but at least 6,000.
     pub grid_vertices: Option<u32>,
-    /// Distances that there are between neighbouring vertices, each twice the last: finer where surfaces are near.
+    /// Distances that there are between neighbouring vertices, each twice the last: finer in rooms and near emitters.
     /// Default and most 3; with 1 an even grid over the scene's bounds, which has vertices in solids, too (\[SED\] eq. 8).
     pub grid_levels: Option<u32>,
     /// Distance between neighbouring vertices of an even grid, metres, instead of their number.

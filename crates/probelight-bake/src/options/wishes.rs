@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use probelight_asset::{BakeSettings, GridBasis, MAX_GRID_LEVELS, Method, Metric, Storage};
 use probelight_math::glam::DVec3;
+use probelight_scene::Bounds;
 use probelight_trace::Tracer;
 
 use super::scale::Scale;
@@ -38,7 +39,7 @@ const VOXEL_PER_SPACING: f32 = 0.5;
 
 /// Vertices of the grid unless asked otherwise: as many as there are receivers, over `RECEIVERS_PER_VERTEX`, so that the
 /// grid takes about a tenth of the file; but not so few that small scenes' lamps fall between them.
-const RECEIVERS_PER_VERTEX: usize = 55;
+const RECEIVERS_PER_VERTEX: usize = 40;
 const FEWEST_VERTICES: usize = 6_000;
 
 /// Smallest extent of the space that the grid's default spacing is chosen for, as a share of the largest.
@@ -339,7 +340,9 @@ impl BakeOptions {
         Ok(match (spacing, self.grid_vertices) {
             (Some(spacing), _) => GridDensity::Even(spacing),
             (None, Some(0)) => GridDensity::Nowhere,
-            (None, Some(vertices)) if levels == 1 => GridDensity::Even(even_spacing(tracer, vertices)),
+            (None, Some(vertices)) if levels == 1 => {
+                GridDensity::Even(even_spacing(&tracer.scene().bounds(), vertices as f32))
+            }
             (None, Some(vertices)) => GridDensity::Vertices(vertices),
             (None, None) => GridDensity::ByReceivers,
         })
@@ -362,8 +365,8 @@ impl BakeOptions {
 }
 
 /// Distance between the vertices of an even grid with so many over the scene's bounds (\[SED\] eq. 8), metres.
-fn even_spacing(tracer: &Tracer, vertices: u32) -> f32 {
-    let size = tracer.scene().bounds().size().as_dvec3();
+pub(crate) fn even_spacing(bounds: &Bounds, vertices: f32) -> f32 {
+    let size = bounds.size().as_dvec3();
     // Flat scenes have room above them.
     let size = size.max(DVec3::splat(FLATTEST * size.max_element()));
     (size.element_product() / f64::from(vertices)).cbrt() as f32
