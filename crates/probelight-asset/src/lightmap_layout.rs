@@ -51,6 +51,16 @@ impl LightmapLayout {
     }
 }
 
+impl LightmapLayout {
+    /// The texel at [`position`](Self::position), if there is one.
+    #[inline]
+    pub fn texel(&self, triangle: u32, is_back_face: bool, barycentric: Vec2) -> Option<u32> {
+        let position = self.position(triangle, is_back_face, barycentric)?.max(Vec2::ZERO);
+        let (x, y) = (position.x as u32, position.y as u32);
+        Some(y.min(self.height.saturating_sub(1)) * self.width + x.min(self.width.saturating_sub(1)))
+    }
+}
+
 impl LightmapFace {
     /// Whether the face has light of its own. The corners of unlit faces (the insides of solids) are all zero.
     #[inline]
@@ -63,5 +73,11 @@ impl LightmapFace {
     pub fn position(&self, barycentric: Vec2) -> Vec2 {
         let [a, b, c] = self.corners;
         a + (b - a) * barycentric.x + (c - a) * barycentric.y
+    }
+
+    /// Area in the lightmap, texels.
+    pub fn area(&self) -> f32 {
+        let [a, b, c] = self.corners;
+        0.5 * (b - a).perp_dot(c - a).abs()
     }
 }

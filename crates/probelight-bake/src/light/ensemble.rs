@@ -232,7 +232,7 @@ impl LitSurfel<'_> {
     fn follow_ray(&mut self, input: Input<'_>, lightings: &[Lighting], sample: &LightSample, u: Vec2) {
         let normal = normal_of(&input.ground.tracer, sample);
         let direction = world_from_tangent(normal) * cosine_hemisphere_from_square(u);
-        let origin = input.ground.tracer.off_surface(sample.position, normal);
+        let origin = input.ground.tracer.off_surface(position_of(&input.ground.tracer, sample), normal);
         let Some(hit) = input.ground.tracer.closest_hit(&Ray::new(origin, direction)) else {
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
                 if let Lighting::Sky(sky) = lighting {
@@ -257,7 +257,7 @@ impl LitSurfel<'_> {
     /// Emission that the probes see, where emitters have no signals of their own.
     fn add_own_emission(&mut self, input: Input<'_>, lightings: &[Lighting], samples: &[LightSample]) {
         for sample in samples.iter().filter(|s| !s.is_back_face()) {
-            let signal = input.sources.emitters.signal_of_triangle(sample.triangle);
+            let signal = input.sources.emitters.signal_of_triangle(sample.triangle());
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
                 if matches!(lighting, Lighting::Emitter(e) if Some(*e) == signal) {
                     *value += 1.0 / samples.len() as f32;
@@ -271,18 +271,22 @@ impl LitSurfel<'_> {
 fn direct_irradiance_of(input: Input<'_>, lighting: &Lighting, samples: &[&LightSample]) -> f32 {
     let Lighting::Analytic(light) = lighting else { return 0.0 };
     let (tracer, lights) = (&input.ground.tracer, std::slice::from_ref(light));
-    let at = |s: &&LightSample| direct_irradiance(tracer, lights, s.position, normal_of(tracer, s)).x;
+    let at =
+        |s: &&LightSample| direct_irradiance(tracer, lights, position_of(tracer, s), normal_of(tracer, s)).x;
     samples.iter().map(at).sum::<f32>() / samples.len() as f32
 }
 
+fn position_of(tracer: &Tracer, sample: &LightSample) -> Vec3 {
+    tracer.scene().position(sample.triangle() as usize, sample.barycentric())
+}
+
 fn normal_of(tracer: &Tracer, sample: &LightSample) -> Vec3 {
-    tracer.side_normal(sample.triangle, sample.is_back_face())
+    tracer.side_normal(sample.triangle(), sample.is_back_face())
 }
 
 fn albedo(tracer: &Tracer, sample: &LightSample) -> f32 {
-    let factor = tracer.scene().material(sample.triangle as usize).base_color.truncate();
-    let [r, g, b, _] = sample.base_color_and_side;
-    luminance(factor * linear_from_srgb8([r, g, b]))
+    let factor = tracer.scene().material(sample.triangle() as usize).base_color.truncate();
+    luminance(factor * linear_from_srgb8(sample.base_color()))
 }
 
 /// The surfels' radiance per lighting, after some bounces.

@@ -2,19 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use probelight_asset::{LightSample, NONE, Surfel, SurfelGroup};
+use probelight_asset::{LightSample, LightmapFace, NONE, Surfel, SurfelGroup};
 use probelight_math::color::srgb8_from_linear;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_scene::Bounds;
-use probelight_trace::{Hit, Tracer};
 
-use crate::air::limits::HIDDEN_EXPOSURE;
+use crate::air::limits::{FULL_EXPOSURE, HIDDEN_EXPOSURE};
 use crate::ground::Groundwork;
-use crate::ground::atlas::Atlas;
+use crate::ground::atlas::barycentric_of;
 use crate::ground::receivers::Receiver;
 use crate::ground::sample_point::SurfacePoint;
 use crate::ground::site::Site;
-use crate::ground::texel_points::keep_exposed;
+use crate::ground::texel_points::{POINTS_PER_TEXEL, keep_exposed};
 use crate::light::surfels::SurfelTree;
 use crate::partition::{KdRule, by_air_space};
 
@@ -45,20 +44,22 @@ impl SurfelTree {
 
     /// One surfel for each relight ray that hits a surface, as the paper has it; and the surfel of each ray.
     pub(crate) fn of_relight_hits(ground: &Groundwork) -> (Self, Vec<u32>) {
-        let Groundwork { directions, probes, .. } = ground;
+        let scene = ground.tracer.scene();
         let mut tree = Self::default();
         let of_ray = ground
             .relight_hits
             .iter()
-            .enumerate()
-            .map(|(i, hit)| {
+            .map(|hit| {
                 let Some(hit) = hit else { return NONE };
-                let (probe, direction) =
-                    (probes.positions[i / directions.len()], directions[i % directions.len()]);
                 let first_sample = tree.light_samples.len() as u32;
-                let position = probe + direction * hit.distance;
-                tree.light_samples.push(light_sample_at(&ground.tracer, &ground.atlas, hit, position));
-                tree.surfels.push(Surfel { first_sample, sample_count: 1 });
+                let base_color = scene.base_color_texel(hit.triangle as usize, hit.barycentric).truncate();
+                tree.light_samples.push(LightSample::new(
+                    hit.triangle,
+                    hit.is_back_face,
+                    hit.barycentric,
+                    srgb8_from_linear(base_color),
+                ));
+                tree.surfels.push(Surfel { first_sample, sample_count: 1, area: 0.0 });
                 first_sample
             })
             .collect();
@@ -85,6 +86,9 @@ impl SurfelTree {
         }
     }
 }
+
+/// Light samples keep this distance from the borders of their texel: what the rounding of their place may be, texels.
+const TEXEL_MARGIN: f32 = 0.05;
 
 /// A surfel or group while the number of surfels is not known yet.
 #[derive(Clone, Copy)]
@@ -200,13 +204,18 @@ impl<'a> Builder<'a> {
             points.iter().map(point)
         };
         let points: Vec<TexelPoint> = group.iter().flat_map(of_texel).collect();
-        self.add_samples(
-            keep_exposed(points, |p| p.point.exposure),
-            self.ground.settings.samples_per_surfel as usize,
-            tree,
-        );
+        let points = keep_exposed(points, |p| p.point.exposure);
+        let most = self.ground.settings.samples_per_surfel as usize;
+        if group.len() <= most {
+            // More samples than texels would learn nothing new of the lightmap's light, and these tell which surfel each
+            // texel belongs to.
+            let texels = points.chunk_by(|a, b| a.receiver == b.receiver);
+            tree.light_samples.extend(texels.map(|texel| self.light_sample(texel)));
+        } else {
+            self.add_samples(points, most, tree);
+        }
         let sample_count = tree.light_samples.len() as u32 - first_sample;
-        tree.surfels.push(Surfel { first_sample, sample_count });
+        tree.surfels.push(Surfel { first_sample, sample_count, area: self.square_meters(group) });
         tree.sizes.push(self.area(group));
         for receiver in group {
             tree.surfel_of_texel[self.receiver(*receiver).texel as usize] = surfel;
@@ -217,6 +226,16 @@ impl<'a> Builder<'a> {
     /// Exposed area of a group of receivers: their points are equally dense everywhere.
     fn area(&self, group: &[u32]) -> u32 {
         group.iter().flat_map(|r| self.ground.points.of(*r)).map(|point| u32::from(point.exposure)).sum()
+    }
+
+    /// Exposed area of a group of receivers, m²: each of a texel's points stands for its share of the texel.
+    fn square_meters(&self, group: &[u32]) -> f32 {
+        let points = group.iter().flat_map(|r| self.ground.points.of(*r));
+        let exposed = |point: &SurfacePoint| {
+            let exposure = f32::from(point.exposure) / f32::from(FULL_EXPOSURE);
+            exposure * self.ground.square_meters_per_texel(point)
+        };
+        points.map(exposed).sum::<f32>() / POINTS_PER_TEXEL as f32
     }
 
     /// Divides a surfel's points into parts of equal exposed area, as many as it may have samples, and adds one
@@ -244,19 +263,29 @@ impl<'a> Builder<'a> {
         let middle = part.iter().map(|p| p.position).sum::<Vec3>() / count;
         let distance = |p: &&TexelPoint| p.position.distance_squared(middle);
         let nearest = part.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let TexelPoint { receiver, point, position } = nearest.copied().unwrap_or(part[0]);
-        let (receiver, scene) = (self.receiver(receiver), self.ground.tracer.scene());
-        let mean = |texel: &dyn Fn(usize, Vec2) -> Vec3| {
-            part.iter().map(|p| texel(p.point.triangle as usize, p.point.barycentric)).sum::<Vec3>() / count
+        let TexelPoint { receiver, point, .. } = nearest.copied().unwrap_or(part[0]);
+        let barycentric = self.within_texel(&point, self.receiver(receiver).texel);
+        let scene = self.ground.tracer.scene();
+        let base_color = |p: &TexelPoint| {
+            scene.base_color_texel(p.point.triangle as usize, p.point.barycentric).truncate()
         };
-        sample_with_texels(
-            position,
-            point.triangle,
-            receiver.texel,
-            receiver.is_back_face,
-            mean(&|triangle, at| scene.base_color_texel(triangle, at).truncate()),
-            mean(&|triangle, at| scene.emission_texel(triangle, at)),
-        )
+        let mean = part.iter().map(base_color).sum::<Vec3>() / count;
+        LightSample::new(point.triangle, point.is_back_face, barycentric, srgb8_from_linear(mean))
+    }
+
+    /// Barycentric weights of a point, moved into its texel: points are pulled off the edges of large triangles by more
+    /// than what of a texel at a chart's border is covered.
+    fn within_texel(&self, point: &SurfacePoint, texel: u32) -> Vec2 {
+        let atlas = &self.ground.atlas;
+        let corners = atlas.faces[atlas.face_of(point.triangle, point.is_back_face) as usize].corners;
+        let corner = Vec2::new((texel % atlas.width) as f32, (texel / atlas.width) as f32);
+        let position = LightmapFace { corners }.position(point.barycentric);
+        let inside = position.clamp(corner + TEXEL_MARGIN, corner + 1.0 - TEXEL_MARGIN);
+        if inside == position {
+            return point.barycentric;
+        }
+        let weights = barycentric_of(inside, corners).max(Vec2::ZERO);
+        weights / weights.element_sum().max(1.0)
     }
 }
 
@@ -270,33 +299,4 @@ fn points_within(points: &[TexelPoint], share: f32) -> usize {
         sum as f32 <= wanted
     };
     points.iter().take_while(is_within).count()
-}
-
-/// The light sample where a ray hits.
-fn light_sample_at(tracer: &Tracer, atlas: &Atlas, hit: &Hit, position: Vec3) -> LightSample {
-    let scene = tracer.scene();
-    let triangle = hit.triangle as usize;
-    let base_color = scene.base_color_texel(triangle, hit.barycentric).truncate();
-    let emission = scene.emission_texel(triangle, hit.barycentric);
-    let texel = atlas.texel_of_hit(hit);
-    sample_with_texels(position, hit.triangle, texel, hit.is_back_face, base_color, emission)
-}
-
-fn sample_with_texels(
-    position: Vec3,
-    triangle: u32,
-    texel: u32,
-    is_back_face: bool,
-    base_color: Vec3,
-    emission: Vec3,
-) -> LightSample {
-    let [r, g, b] = srgb8_from_linear(base_color);
-    let [er, eg, eb] = srgb8_from_linear(emission);
-    LightSample {
-        position,
-        triangle,
-        texel,
-        base_color_and_side: [r, g, b, u8::from(is_back_face)],
-        emission_texel: [er, eg, eb, 0],
-    }
 }

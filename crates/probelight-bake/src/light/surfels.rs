@@ -127,9 +127,14 @@ mod tests {
         for ((s, surfel), members) in tree.surfels.iter().enumerate().zip(receivers_by_surfel(&scene)) {
             let points: usize = members.iter().map(|r| scene.ground.points.of(*r as u32).len()).sum();
             let count = surfel.sample_count;
-            assert!(count <= most && count as usize <= points && 2 * count >= most.min(points as u32));
+            let most = most.min(members.len() as u32);
+            assert!(count <= most && 2 * count >= most.min(points as u32));
             let samples = &tree.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize];
-            let surfel_of = |sample: &LightSample| tree.surfel_of_texel[sample.texel as usize];
+            let surfel_of = |sample: &LightSample| {
+                let face = scene.ground.atlas.face_of(sample.triangle(), sample.is_back_face());
+                let position = scene.ground.atlas.faces[face as usize].position(sample.barycentric());
+                tree.surfel_of_texel(scene.ground.atlas.texel_at(position))
+            };
             assert!(samples.iter().all(|sample| surfel_of(sample) == s as u32));
         }
         let used: u32 = tree.surfels.iter().map(|surfel| surfel.sample_count).sum();
@@ -141,10 +146,14 @@ mod tests {
         // The lamp's panel hangs five millimetres below the ceiling.
         let scene = SmallScene::load("cornell_empty.glb");
         let tree = &scene.light.sources.surfels;
-        let on_ceiling = |sample: &&LightSample| sample.position.y > 5.487;
+        let position = |sample: &LightSample| {
+            scene.ground.tracer.scene().position(sample.triangle() as usize, sample.barycentric())
+        };
+        let on_ceiling = |sample: &&LightSample| position(sample).y > 5.487;
         let samples_within = |margin: f32| {
             let distance = |sample: &LightSample| {
-                let offset = (sample.position - Vec3::new(2.78, 0.0, 2.8)).abs() - Vec3::new(0.65, 0.0, 0.53);
+                let offset =
+                    (position(sample) - Vec3::new(2.78, 0.0, 2.8)).abs() - Vec3::new(0.65, 0.0, 0.53);
                 offset.x.max(offset.z)
             };
             let ceiling = tree.light_samples.iter().filter(on_ceiling);

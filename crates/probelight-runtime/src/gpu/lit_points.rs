@@ -1,0 +1,125 @@
+//! The points of each surfel at which direct light is looked up in the shadow maps.
+//!
+//! Each texel of the lightmap has four, as far as it lies on a face. Each stands for its share of the surfel's exposed
+//! area, so that a surfel gets all the light that meets it, as [`cpu::direct_light`](crate::cpu) counts it.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use probelight_asset::{BakedScene, LightmapFace, NONE};
+use probelight_math::glam::Vec2;
+
+use crate::surfels_of_texels::surfels_of_texels;
+
+/// Points along the edge of a texel.
+const POINTS_PER_EDGE: u32 = 2;
+
+/// Surfels of whose area the points stand for less are slivers between them, and have their light samples instead.
+const LEAST_SHARE: f32 = 0.5;
+
+/// A point of direct light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct LitPoint {
+    /// World position on the surface, metres.
+    pub(super) position: [f32; 3],
+    /// Share of the surfel's exposed area that it stands for.
+    pub(super) share: f32,
+    /// Unit geometric normal of its side.
+    pub(super) normal: [f32; 3],
+    /// Fills the record.
+    pub(super) padding: f32,
+}
+
+/// The points of all surfels.
+#[derive(Debug)]
+pub(super) struct LitPoints {
+    /// First point of each surfel, and the end of the last one's.
+    firsts: Vec<u32>,
+    points: Vec<LitPoint>,
+}
+
+impl LitPoints {
+    pub(super) fn new(baked: &BakedScene) -> Self {
+        let mut of_surfels = vec![Vec::new(); baked.surfels.len()];
+        if baked.surfels.iter().any(|surfel| surfel.area > 0.0) {
+            let surfel_of_texel = surfels_of_texels(baked);
+            for triangle in 0..baked.scene.triangles.len() as u32 {
+                add_points(baked, triangle, false, &surfel_of_texel, &mut of_surfels);
+                add_points(baked, triangle, true, &surfel_of_texel, &mut of_surfels);
+            }
+        }
+        let (mut firsts, mut points) = (vec![0], Vec::new());
+        for (surfel, of_surfel) in baked.surfels.iter().zip(of_surfels) {
+            if of_surfel.iter().map(|point: &LitPoint| point.share).sum::<f32>() >= LEAST_SHARE {
+                points.extend(of_surfel);
+            } else {
+                let share = (surfel.sample_count as f32).recip();
+                points.extend(baked.samples_of(surfel).iter().map(|sample| {
+                    let (position, normal) = baked.place_of(sample);
+                    LitPoint { position: position.into(), share, normal: normal.into(), padding: 0.0 }
+                }));
+            }
+            firsts.push(points.len() as u32);
+        }
+        Self { firsts, points }
+    }
+
+    /// The points of some surfels.
+    pub(super) fn of(&self, surfels: Range<usize>) -> &[LitPoint] {
+        &self.points[self.firsts[surfels.start] as usize..self.firsts[surfels.end] as usize]
+    }
+
+    /// First point of each of some surfels among [`of`](Self::of) them, and the end of the last one's.
+    pub(super) fn firsts(&self, surfels: Range<usize>) -> Vec<u32> {
+        let first = self.firsts[surfels.start];
+        self.firsts[surfels.start..=surfels.end].iter().map(|point| point - first).collect()
+    }
+}
+
+/// Adds the points on one side of a triangle to the surfels on which they lie.
+fn add_points(
+    baked: &BakedScene,
+    triangle: u32,
+    is_back_face: bool,
+    surfel_of_texel: &[u32],
+    of_surfels: &mut [Vec<LitPoint>],
+) {
+    let layout = &baked.lightmap;
+    let number = if is_back_face { layout.back_faces[triangle as usize] } else { triangle };
+    let Some(face) = layout.faces.get(number as usize).filter(|face| face.is_lit() && face.area() > 0.0)
+    else {
+        return;
+    };
+    let front = baked.scene.geometric_normal(triangle as usize);
+    let normal = if is_back_face { -front } else { front };
+    let square_meters =
+        baked.scene.area(triangle as usize) / (face.area() * (POINTS_PER_EDGE * POINTS_PER_EDGE) as f32);
+    for (texel, barycentric) in points_on(face, layout.width) {
+        let surfel = surfel_of_texel.get(texel).copied().unwrap_or(NONE);
+        if surfel == NONE {
+            continue;
+        }
+        let area = baked.surfels[surfel as usize].area;
+        of_surfels[surfel as usize].push(LitPoint {
+            position: baked.scene.position(triangle as usize, barycentric).into(),
+            share: if area > 0.0 { square_meters / area } else { 0.0 },
+            normal: normal.into(),
+            padding: 0.0,
+        });
+    }
+}
+
+/// Points of a regular grid that lie on a face: texel and barycentric weights.
+fn points_on(face: &LightmapFace, width: u32) -> impl Iterator<Item = (usize, Vec2)> {
+    let [a, b, c] = face.corners.map(|corner| corner * POINTS_PER_EDGE as f32);
+    let (low, high) = (a.min(b).min(c).floor(), a.max(b).max(c).ceil());
+    let (ab, ac) = (b - a, c - a);
+    let columns = move |y: u32| (low.x as u32..high.x as u32).map(move |x| (x, y));
+    (low.y as u32..high.y as u32).flat_map(columns).filter_map(move |(x, y)| {
+        let from_a = Vec2::new(x as f32, y as f32) + 0.5 - a;
+        let weights = Vec2::new(from_a.perp_dot(ac), ab.perp_dot(from_a)) / ab.perp_dot(ac);
+        let texel = (y / POINTS_PER_EDGE * width + x / POINTS_PER_EDGE) as usize;
+        (weights.min_element() >= 0.0 && weights.element_sum() <= 1.0).then_some((texel, weights))
+    })
+}
