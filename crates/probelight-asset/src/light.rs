@@ -88,7 +88,7 @@ pub struct Surfel {
     pub first_sample: u32,
     /// Number of samples, at least one.
     pub sample_count: u32,
-    /// Exposed area, m²: what light rays can meet. 0 for a surfel that is a point; only its samples tell its light.
+    /// Area, m²: what rays of lights can meet. 0 for a surfel that is a point.
     pub area: f32,
 }
 

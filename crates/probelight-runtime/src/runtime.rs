@@ -81,7 +81,7 @@ impl Runtime {
         &self.state.lighting
     }
 
-    /// Changes the light sources. Shadow rays are traced again only if an analytic light changed.
+    /// Changes the light sources. Rays are traced again only of analytic lights that moved.
     ///
     /// # Errors
     /// If a number of the lighting is not finite or negative where light cannot be; then it stays as it was.

@@ -33,7 +33,7 @@ use crate::ground::outlooks::find_outlooks;
 use crate::ground::probes::place_probes;
 use crate::ground::receivers::{Receivers, place_receivers};
 use crate::ground::relight::trace_relight_rays;
-use crate::ground::sample_point::{Lobe, Reception, SamplePoint, SurfacePoint};
+use crate::ground::sample_point::{Lobe, Reception, SamplePoint};
 use crate::ground::site::{Place, Site};
 use crate::ground::texel_points::TexelPoints;
 use crate::ground::walls::{Walls, find_walls};
@@ -178,16 +178,6 @@ impl Groundwork {
         } else {
             Reception::Basis(self.settings.grid_basis)
         }
-    }
-
-    /// Area of a lightmap texel around a point, m².
-    pub(crate) fn square_meters_per_texel(&self, point: &SurfacePoint) -> f32 {
-        let triangle = point.triangle as usize;
-        let face = self.atlas.face_of(point.triangle, point.is_back_face);
-        let texels = self.atlas.faces[face as usize].area();
-        let wanted = self.settings.texels_per_meter.powi(-2);
-        // Faces that are next to nothing in the lightmap say little about its scale.
-        if texels > 1e-3 { self.tracer.scene().area(triangle) / texels } else { wanted }
     }
 
     /// A site and its points.

@@ -25,7 +25,7 @@ use crate::steps::for_each_in_parallel;
 
 /// Rays per surfel for bounced light, light samples per surfel for direct light, and bounces.
 const RAYS: u32 = 64;
-const SAMPLES: usize = 4;
+const SAMPLES: usize = 8;
 const BOUNCES: usize = 4;
 
 /// The signals of a scene under each of many lightings. All lightings have the same mean surfel radiance, 1.

@@ -7,13 +7,13 @@ use probelight_math::color::srgb8_from_linear;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_scene::Bounds;
 
-use crate::air::limits::{FULL_EXPOSURE, HIDDEN_EXPOSURE};
+use crate::air::limits::HIDDEN_EXPOSURE;
 use crate::ground::Groundwork;
 use crate::ground::atlas::barycentric_of;
 use crate::ground::receivers::Receiver;
 use crate::ground::sample_point::SurfacePoint;
 use crate::ground::site::Site;
-use crate::ground::texel_points::{POINTS_PER_TEXEL, keep_exposed};
+use crate::ground::texel_points::keep_exposed;
 use crate::light::surfels::SurfelTree;
 use crate::partition::{KdRule, by_air_space};
 
@@ -37,9 +37,32 @@ impl SurfelTree {
         for [texel, source] in &ground.receivers.dilation {
             tree.surfel_of_texel[*texel as usize] = tree.surfel_of_texel[*source as usize];
         }
+        tree.measure_areas(ground);
         tree.light_samples.shrink_to_fit();
         tree.number_groups(group_sizes);
         tree
+    }
+
+    /// Finds the surfels' areas: of all of their surface, hidden or not, which rays of lights may meet.
+    fn measure_areas(&mut self, ground: &Groundwork) {
+        let atlas = &ground.atlas;
+        let faces = (0u32..).zip(&atlas.faces).filter(|(face, _)| atlas.face_charts[*face as usize] != NONE);
+        for (number, face) in faces {
+            let triangle = atlas.face_triangles[number as usize] as usize;
+            let point =
+                ground.tracer.scene().area(triangle) / face.area() / AREA_POINTS_PER_EDGE.pow(2) as f32;
+            for (position, _) in face.points(AREA_POINTS_PER_EDGE) {
+                let surfel = self.surfel_of_texel(atlas.texel_at(position));
+                if let Some(surfel) = self.surfels.get_mut(surfel as usize) {
+                    surfel.area += point;
+                }
+            }
+        }
+        // Slivers fit between the points.
+        let least = (ground.settings.texels_per_meter * AREA_POINTS_PER_EDGE as f32).powi(-2);
+        for surfel in &mut self.surfels {
+            surfel.area = surfel.area.max(least);
+        }
     }
 
     /// One surfel for each relight ray that hits a surface, as the paper has it; and the surfel of each ray.
@@ -89,6 +112,9 @@ impl SurfelTree {
 
 /// Light samples keep this distance from the borders of their texel: what the rounding of their place may be, texels.
 const TEXEL_MARGIN: f32 = 0.05;
+
+/// Points along the edge of a texel that measure areas.
+const AREA_POINTS_PER_EDGE: u32 = 8;
 
 /// A surfel or group while the number of surfels is not known yet.
 #[derive(Clone, Copy)]
@@ -215,7 +241,7 @@ impl<'a> Builder<'a> {
             self.add_samples(points, most, tree);
         }
         let sample_count = tree.light_samples.len() as u32 - first_sample;
-        tree.surfels.push(Surfel { first_sample, sample_count, area: self.square_meters(group) });
+        tree.surfels.push(Surfel { first_sample, sample_count, area: 0.0 });
         tree.sizes.push(self.area(group));
         for receiver in group {
             tree.surfel_of_texel[self.receiver(*receiver).texel as usize] = surfel;
@@ -226,16 +252,6 @@ impl<'a> Builder<'a> {
     /// Exposed area of a group of receivers: their points are equally dense everywhere.
     fn area(&self, group: &[u32]) -> u32 {
         group.iter().flat_map(|r| self.ground.points.of(*r)).map(|point| u32::from(point.exposure)).sum()
-    }
-
-    /// Exposed area of a group of receivers, m²: each of a texel's points stands for its share of the texel.
-    fn square_meters(&self, group: &[u32]) -> f32 {
-        let points = group.iter().flat_map(|r| self.ground.points.of(*r));
-        let exposed = |point: &SurfacePoint| {
-            let exposure = f32::from(point.exposure) / f32::from(FULL_EXPOSURE);
-            exposure * self.ground.square_meters_per_texel(point)
-        };
-        points.map(exposed).sum::<f32>() / POINTS_PER_TEXEL as f32
     }
 
     /// Divides a surfel's points into parts of equal exposed area, as many as it may have samples, and adds one

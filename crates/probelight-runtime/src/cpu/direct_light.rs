@@ -18,13 +18,16 @@ use crate::surfels_of_texels::surfels_of_texels;
 /// Rays that a task traces, or surfels that it works through.
 pub(super) const PER_TASK: usize = 512;
 
+/// Lights that are found side by side, each with room for the rays at all patches.
+const LIGHTS_AT_ONCE: usize = 4;
+
 /// What direct light needs to know of a scene, and the light of each analytic light.
 #[derive(Clone, Debug)]
 pub(super) struct DirectLight {
     surface: LitSurface,
     lights: Vec<LitSurfels>,
-    /// What lights share out one after the other.
-    flux: PatchFlux,
+    /// What the lights that are found at a time share out.
+    flux: Vec<PatchFlux>,
     /// Irradiance of the surfels, W/m².
     irradiance: Vec<Vec3>,
 }
@@ -82,7 +85,7 @@ impl DirectLight {
         Self {
             surface,
             lights: Vec::new(),
-            flux: PatchFlux::new(baked.surfels.len() + baked.surfel_groups.len()),
+            flux: Vec::new(),
             irradiance: vec![Vec3::ZERO; baked.surfels.len()],
         }
     }
@@ -97,9 +100,15 @@ impl DirectLight {
         // What lights leave behind serves the next ones.
         self.lights.iter_mut().skip(lights.len()).for_each(LitSurfels::forget);
         self.lights.resize_with(self.lights.len().max(lights.len()), || LitSurfels::new(baked));
-        for (lit, light) in self.lights.iter_mut().zip(lights) {
-            lit.set_light(light, work.turn);
-            lit.light(baked, &self.surface, world, work, &mut self.flux);
+        let patches = baked.surfels.len() + baked.surfel_groups.len();
+        let at_once = self.flux.len().max(lights.len().min(LIGHTS_AT_ONCE));
+        self.flux.resize_with(at_once, || PatchFlux::new(patches));
+        let (surface, flux) = (&self.surface, &mut self.flux);
+        for (lit, lights) in self.lights.chunks_mut(LIGHTS_AT_ONCE).zip(lights.chunks(LIGHTS_AT_ONCE)) {
+            lit.par_iter_mut().zip(lights).zip(&mut *flux).for_each(|((lit, light), flux)| {
+                lit.set_light(light, work.turn);
+                lit.light(baked, surface, world, work, flux);
+            });
         }
         let lights = &self.lights[..lights.len()];
         self.irradiance.par_chunks_mut(PER_TASK).enumerate().for_each(|(task, sums)| {

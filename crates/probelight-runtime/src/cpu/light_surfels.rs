@@ -1,11 +1,11 @@
 //! Stage 1: the scalar signals: radiance of surfels, surfel groups and emitters, coefficients of the sky.
 //!
-//! A surfel's radiance is the mean of its samples' `L = Le + ρ/π · (E_direct + E_lightmap)`: emission of front
-//! faces, and the light that the sample's side reflects. `E_lightmap` is last frame's lightmap, which holds
-//! everything that arrives by way of the signals. Where emitters have signals of their own, surfels leave Le out.
+//! A surfel's radiance is `Le + ρ/π · (E_direct + E_lightmap)`: emission of front faces, direct light by the mean
+//! reflectance of its samples, and what each sample reflects of last frame's lightmap, which holds everything that arrives
+//! by way of the signals. Where emitters have signals of their own, surfels leave Le out.
 //!
-//! What changes rarely is kept: shadow rays are only traced when a light changed or an object moved, the terms
-//! without feedback are only evaluated then or when a material changed. Every frame then is one multiplication per sample.
+//! What changes rarely is kept: rays of lights are only traced when one moved, the terms without feedback are only
+//! evaluated then or when a material changed. Every frame then is one multiplication per sample.
 //! Feedback is clamped at zero, because truncated matrices can yield slightly negative irradiance and no
 //! surface reflects that.
 

@@ -12,7 +12,7 @@ use probelight_scene::{Light, range_window};
 use probelight_trace::{Ray, World, direct_irradiance};
 use rayon::prelude::*;
 
-use super::direct_light::{LitSurface, PER_TASK};
+use super::direct_light::{LitSurface, PER_TASK, SurfelMiddle};
 use super::light_rays::LightRays;
 use super::share_flux::PatchFlux;
 use crate::shadow_turns::{ShadowTurn, ShadowWork};
@@ -20,7 +20,7 @@ use crate::shadow_turns::{ShadowTurn, ShadowWork};
 /// Rays of a light for each surfel of the scene: what they cost is a share of what a frame does, which grows with the
 /// surfels. A sun shines on all of the scene and through few of its windows.
 const RAYS_PER_SURFEL: f32 = 0.25;
-const SUN_RAYS_PER_SURFEL: f32 = 0.5;
+const SUN_RAYS_PER_SURFEL: f32 = 1.0;
 
 /// But at least so many: small scenes show their noise.
 const LEAST_RAYS: usize = 8192;
@@ -31,6 +31,11 @@ const LARGEST_DOUBT: f32 = 0.5;
 
 /// From so many of its radii on a surfel is as bright as its middle.
 const FAR: f32 = 6.0;
+
+/// How much more than the cosine's share of a far light a surfel may get: counts are noisy, and its middle need not face the
+/// light where it is curved.
+const MOST_OF_COSINE: f32 = 1.25;
+const MOST_BESIDES: f32 = 0.05;
 
 /// A light and its irradiance on the surfels.
 #[derive(Clone, Debug)]
@@ -120,10 +125,11 @@ impl LitSurfels {
             direct_irradiance(&world, std::slice::from_ref(&light), position, normal) != Vec3::ZERO
         });
         let (per_ray, shared) = (rays.flux_per_ray(), &flux.shared);
-        let surfels = baked.surfels.par_chunks(PER_TASK).zip(shared.par_chunks(PER_TASK));
-        self.irradiance.par_chunks_mut(PER_TASK).zip(surfels).for_each(|(values, (surfels, shared))| {
-            for ((value, surfel), shared) in values.iter_mut().zip(surfels).zip(shared) {
-                *value = if surfel.area > 0.0 { per_ray * shared / surfel.area } else { 0.0 };
+        for_each_in_turn(&mut self.irradiance, ShadowTurn::ALL, |index, value| {
+            let (area, arrived) = (baked.surfels[index].area, per_ray * shared[index]);
+            *value = 0.0;
+            if area > 0.0 && arrived > 0.0 {
+                *value = (arrived / area).min(most(&light, &surface.middles[index]));
             }
         });
     }
@@ -201,6 +207,22 @@ fn ray_count(light: &Light, surfels: usize) -> usize {
         Light::Point { .. } | Light::Spot { .. } => RAYS_PER_SURFEL,
     };
     ((surfels as f32 * rays_per_surfel) as usize).max(LEAST_RAYS)
+}
+
+/// The most irradiance that a surfel may have. What is known of slivers' areas is too little to divide flux by.
+fn most(light: &Light, middle: &SurfelMiddle) -> f32 {
+    let (position, normal) = middle.place;
+    let (to_light, irradiance) = match light {
+        Light::Directional { direction, .. } => (-*direction, 1.0),
+        Light::Point { position: lamp, .. } | Light::Spot { position: lamp, .. } => {
+            let offset = *lamp - position;
+            if offset.length() <= FAR * middle.radius {
+                return f32::INFINITY;
+            }
+            (offset.normalize(), offset.length_squared().recip())
+        }
+    };
+    irradiance * (MOST_OF_COSINE * to_light.dot(normal).max(0.0) + MOST_BESIDES)
 }
 
 /// Finds what each surfel would get if nothing were in the way, up to a common factor.

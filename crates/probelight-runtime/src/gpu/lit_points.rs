@@ -1,20 +1,19 @@
 //! The points of each surfel at which direct light is looked up in the shadow maps.
 //!
-//! Each texel of the lightmap has four, as far as it lies on a face. Each stands for its share of the surfel's exposed
-//! area, so that a surfel gets all the light that meets it, as [`cpu::direct_light`](crate::cpu) counts it.
+//! Each texel of the lightmap has four, as far as it lies on a face. Each stands for its share of the surfel's area, so that
+//! a surfel gets all the light that meets it, as the CPU counts it.
 
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use probelight_asset::{BakedScene, LightmapFace, NONE};
-use probelight_math::glam::Vec2;
+use probelight_asset::{BakedScene, NONE};
 
 use crate::surfels_of_texels::surfels_of_texels;
 
 /// Points along the edge of a texel.
 const POINTS_PER_EDGE: u32 = 2;
 
-/// Surfels of whose area the points stand for less are slivers between them, and have their light samples instead.
+/// Surfels of whose area points stand for less are slivers between them, and have their light samples instead.
 const LEAST_SHARE: f32 = 0.5;
 
 /// A point of direct light.
@@ -23,7 +22,7 @@ const LEAST_SHARE: f32 = 0.5;
 pub(super) struct LitPoint {
     /// World position on the surface, metres.
     pub(super) position: [f32; 3],
-    /// Share of the surfel's exposed area that it stands for.
+    /// Share of the surfel's area that it stands for.
     pub(super) share: f32,
     /// Unit geometric normal of its side.
     pub(super) normal: [f32; 3],
@@ -95,8 +94,8 @@ fn add_points(
     let normal = if is_back_face { -front } else { front };
     let square_meters =
         baked.scene.area(triangle as usize) / (face.area() * (POINTS_PER_EDGE * POINTS_PER_EDGE) as f32);
-    for (texel, barycentric) in points_on(face, layout.width) {
-        let surfel = surfel_of_texel.get(texel).copied().unwrap_or(NONE);
+    for (position, barycentric) in face.points(POINTS_PER_EDGE) {
+        let surfel = surfel_of_texel.get(layout.texel_at(position) as usize).copied().unwrap_or(NONE);
         if surfel == NONE {
             continue;
         }
@@ -108,18 +107,4 @@ fn add_points(
             padding: 0.0,
         });
     }
-}
-
-/// Points of a regular grid that lie on a face: texel and barycentric weights.
-fn points_on(face: &LightmapFace, width: u32) -> impl Iterator<Item = (usize, Vec2)> {
-    let [a, b, c] = face.corners.map(|corner| corner * POINTS_PER_EDGE as f32);
-    let (low, high) = (a.min(b).min(c).floor(), a.max(b).max(c).ceil());
-    let (ab, ac) = (b - a, c - a);
-    let columns = move |y: u32| (low.x as u32..high.x as u32).map(move |x| (x, y));
-    (low.y as u32..high.y as u32).flat_map(columns).filter_map(move |(x, y)| {
-        let from_a = Vec2::new(x as f32, y as f32) + 0.5 - a;
-        let weights = Vec2::new(from_a.perp_dot(ac), ab.perp_dot(from_a)) / ab.perp_dot(ac);
-        let texel = (y / POINTS_PER_EDGE * width + x / POINTS_PER_EDGE) as usize;
-        (weights.min_element() >= 0.0 && weights.element_sum() <= 1.0).then_some((texel, weights))
-    })
 }

@@ -6,7 +6,7 @@
 struct LitPoint {
     /// World position on the surface, metres.
     position: vec3f,
-    /// Share of the surfel's exposed area that it stands for.
+    /// Share of the surfel's area that it stands for.
     share: f32,
     /// Unit geometric normal of its side.
     normal: vec3f,
