@@ -15,8 +15,16 @@ pub(crate) fn surfels_of_texels(baked: &BakedScene) -> Vec<u32> {
     }
     let mut surfels = vec![NONE; texels];
     let mut front = VecDeque::new();
-    for (number, surfel) in (0..).zip(&baked.surfels) {
-        for texel in baked.samples_of(surfel).iter().map(|sample| baked.texel_of(sample) as usize) {
+    // Where rounding moved the sample of a sliver into the texel of another surfel, it leaves the texel to that.
+    let mut by_area: Vec<u32> = (0..baked.surfels.len() as u32).collect();
+    let area = |number: &u32| {
+        let surfel = &baked.surfels[*number as usize];
+        surfel.area / surfel.sample_count as f32
+    };
+    by_area.sort_by(|a, b| area(b).total_cmp(&area(a)));
+    for number in by_area {
+        let samples = baked.samples_of(&baked.surfels[number as usize]);
+        for texel in samples.iter().map(|sample| baked.texel_of(sample) as usize) {
             if let Some(surfel) = surfels.get_mut(texel).filter(|surfel| **surfel == NONE) {
                 *surfel = number;
                 front.push_back(texel);
@@ -25,10 +33,10 @@ pub(crate) fn surfels_of_texels(baked: &BakedScene) -> Vec<u32> {
     }
     // No chart touches another, so what spreads stays in its chart.
     while let Some(texel) = front.pop_front() {
-        let (x, surfel) = (texel % width, surfels[texel]);
-        let left = (x > 0).then(|| texel - 1);
-        let right = (x + 1 < width).then_some(texel + 1);
-        for next in [left, right, texel.checked_sub(width), Some(texel + width)].into_iter().flatten() {
+        let (x, y, surfel) = (texel % width, texel / width, surfels[texel]);
+        let around = (y.saturating_sub(1)..=y + 1)
+            .flat_map(|y| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |x| y * width + x));
+        for next in around {
             if is_needed.get(next) == Some(&true) && surfels[next] == NONE {
                 surfels[next] = surfel;
                 front.push_back(next);

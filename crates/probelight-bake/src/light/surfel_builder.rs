@@ -7,7 +7,7 @@ use probelight_math::color::srgb8_from_linear;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_scene::Bounds;
 
-use crate::air::limits::HIDDEN_EXPOSURE;
+use crate::air::limits::{FULL_EXPOSURE, HIDDEN_EXPOSURE};
 use crate::ground::Groundwork;
 use crate::ground::atlas::barycentric_of;
 use crate::ground::receivers::Receiver;
@@ -26,6 +26,7 @@ impl SurfelTree {
         let builder = Builder::new(ground);
         let mut tree = Self {
             surfel_of_texel: vec![NONE; ground.atlas.width as usize * ground.atlas.height as usize],
+            first_lit_points: vec![0],
             ..Self::default()
         };
         let mut group_sizes = Vec::new();
@@ -68,7 +69,7 @@ impl SurfelTree {
     /// One surfel for each relight ray that hits a surface, as the paper has it; and the surfel of each ray.
     pub(crate) fn of_relight_hits(ground: &Groundwork) -> (Self, Vec<u32>) {
         let scene = ground.tracer.scene();
-        let mut tree = Self::default();
+        let mut tree = Self { first_lit_points: vec![0], ..Self::default() };
         let of_ray = ground
             .relight_hits
             .iter()
@@ -76,6 +77,13 @@ impl SurfelTree {
                 let Some(hit) = hit else { return NONE };
                 let first_sample = tree.light_samples.len() as u32;
                 let base_color = scene.base_color_texel(hit.triangle as usize, hit.barycentric).truncate();
+                tree.lit_points.push(SurfacePoint {
+                    triangle: hit.triangle,
+                    barycentric: hit.barycentric,
+                    is_back_face: hit.is_back_face,
+                    exposure: FULL_EXPOSURE,
+                });
+                tree.first_lit_points.push(tree.lit_points.len() as u32);
                 tree.light_samples.push(LightSample::new(
                     hit.triangle,
                     hit.is_back_face,
@@ -112,6 +120,9 @@ impl SurfelTree {
 
 /// Light samples keep this distance from the borders of their texel: what the rounding of their place may be, texels.
 const TEXEL_MARGIN: f32 = 0.05;
+
+/// Points of a surfel at which random lights are evaluated, at most.
+const LIT_POINTS: usize = 4;
 
 /// Points along the edge of a texel that measure areas.
 const AREA_POINTS_PER_EDGE: u32 = 8;
@@ -232,14 +243,18 @@ impl<'a> Builder<'a> {
         let points: Vec<TexelPoint> = group.iter().flat_map(of_texel).collect();
         let points = keep_exposed(points, |p| p.point.exposure);
         let most = self.ground.settings.samples_per_surfel as usize;
+        let texels = points.chunk_by(|a, b| a.receiver == b.receiver);
         if group.len() <= most {
             // More samples than texels would learn nothing new of the lightmap's light, and these tell which surfel each
             // texel belongs to.
-            let texels = points.chunk_by(|a, b| a.receiver == b.receiver);
             tree.light_samples.extend(texels.map(|texel| self.light_sample(texel)));
         } else {
-            self.add_samples(points, most, tree);
+            for_each_part(points.clone(), most, &mut |part| tree.light_samples.push(self.light_sample(part)));
         }
+        for_each_part(points, LIT_POINTS, &mut |part| {
+            tree.lit_points.extend(middle_of(part).map(|p| p.point))
+        });
+        tree.first_lit_points.push(tree.lit_points.len() as u32);
         let sample_count = tree.light_samples.len() as u32 - first_sample;
         tree.surfels.push(Surfel { first_sample, sample_count, area: 0.0 });
         tree.sizes.push(self.area(group));
@@ -254,39 +269,29 @@ impl<'a> Builder<'a> {
         group.iter().flat_map(|r| self.ground.points.of(*r)).map(|point| u32::from(point.exposure)).sum()
     }
 
-    /// Divides a surfel's points into parts of equal exposed area, as many as it may have samples, and adds one
-    /// for each: the mean of the samples is what the surfel shows to others.
-    fn add_samples(&self, mut points: Vec<TexelPoint>, most: usize, tree: &mut SurfelTree) {
-        if most <= 1 || points.len() == 1 {
-            tree.light_samples.push(self.light_sample(&points));
-            return;
-        }
-        let size = Bounds::of(points.iter().map(|p| p.position)).size();
-        let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
-        let at = |p: &TexelPoint| p.position[axis];
-        points.sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.receiver.cmp(&b.receiver)));
-        let upper = points.split_off(points_within(&points, (most / 2) as f32 / most as f32));
-        if points.is_empty() {
-            return self.add_samples(upper, most - most / 2, tree);
-        }
-        self.add_samples(points, most / 2, tree);
-        self.add_samples(upper, most - most / 2, tree);
-    }
-
     /// The sample of a part: at its middle point, with the mean of the textures.
     fn light_sample(&self, part: &[TexelPoint]) -> LightSample {
         let count = part.len() as f32;
-        let middle = part.iter().map(|p| p.position).sum::<Vec3>() / count;
-        let distance = |p: &&TexelPoint| p.position.distance_squared(middle);
-        let nearest = part.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let TexelPoint { receiver, point, .. } = nearest.copied().unwrap_or(part[0]);
-        let barycentric = self.within_texel(&point, self.receiver(receiver).texel);
         let scene = self.ground.tracer.scene();
         let base_color = |p: &TexelPoint| {
             scene.base_color_texel(p.point.triangle as usize, p.point.barycentric).truncate()
         };
         let mean = part.iter().map(base_color).sum::<Vec3>() / count;
-        LightSample::new(point.triangle, point.is_back_face, barycentric, srgb8_from_linear(mean))
+        let color = srgb8_from_linear(mean);
+        let sample = |p: &TexelPoint| {
+            let SurfacePoint { triangle, is_back_face, .. } = p.point;
+            let weights = self.within_texel(&p.point, self.receiver(p.receiver).texel);
+            LightSample::new(triangle, is_back_face, weights, color)
+        };
+        let is_in_its_texel = |p: &&TexelPoint| {
+            let (atlas, sample) = (&self.ground.atlas, sample(p));
+            let face = &atlas.faces[atlas.face_of(sample.triangle(), sample.is_back_face()) as usize];
+            atlas.texel_at(face.position(sample.barycentric())) == self.receiver(p.receiver).texel
+        };
+        // What is left of a chart in a texel may be narrower than the rounding of places.
+        let inside: Vec<TexelPoint> = part.iter().filter(is_in_its_texel).copied().collect();
+        let found = middle_of(&inside).or_else(|| middle_of(part));
+        sample(&found.unwrap_or(part[0]))
     }
 
     /// Barycentric weights of a point, moved into its texel: points are pulled off the edges of large triangles by more
@@ -303,6 +308,30 @@ impl<'a> Builder<'a> {
         let weights = barycentric_of(inside, corners).max(Vec2::ZERO);
         weights / weights.element_sum().max(1.0)
     }
+}
+
+/// Divides a surfel's points into parts of equal exposed area, at most so many: the mean over them is what the surfel shows
+/// to others.
+fn for_each_part(mut points: Vec<TexelPoint>, most: usize, found: &mut impl FnMut(&[TexelPoint])) {
+    if most <= 1 || points.len() == 1 {
+        return found(&points);
+    }
+    let size = Bounds::of(points.iter().map(|p| p.position)).size();
+    let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
+    let at = |p: &TexelPoint| p.position[axis];
+    points.sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.receiver.cmp(&b.receiver)));
+    let upper = points.split_off(points_within(&points, (most / 2) as f32 / most as f32));
+    if !points.is_empty() {
+        for_each_part(points, most / 2, found);
+    }
+    for_each_part(upper, most - most / 2, found);
+}
+
+/// The point nearest to the middle of some.
+fn middle_of(points: &[TexelPoint]) -> Option<TexelPoint> {
+    let middle = points.iter().map(|p| p.position).sum::<Vec3>() / points.len().max(1) as f32;
+    let distance = |p: &TexelPoint| p.position.distance_squared(middle);
+    points.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
 }
 
 /// How many of the first points have at most that share of the exposure of all.

@@ -49,17 +49,17 @@ pub(super) struct LitSurface {
 pub(super) struct SurfelMiddle {
     /// Mean position (metres) and mean normal, which is shorter than 1 where the surfel is curved.
     pub(super) place: (Vec3, Vec3),
-    /// Distance of the farthest sample from the mean position, metres.
+    /// How far it reaches from there, metres.
     pub(super) radius: f32,
 }
 
 impl SurfelMiddle {
-    fn of(places: &[(Vec3, Vec3)]) -> Self {
+    fn new(places: &[(Vec3, Vec3)], area: f32) -> Self {
         let share = (places.len() as f32).recip();
         let position = share * places.iter().map(|(position, _)| position).sum::<Vec3>();
         let normal = share * places.iter().map(|(_, normal)| normal).sum::<Vec3>();
         let distances = places.iter().map(|(place, _)| place.distance(position));
-        Self { place: (position, normal), radius: distances.fold(0.0, f32::max) }
+        Self { place: (position, normal), radius: distances.fold(area.sqrt(), f32::max) }
     }
 }
 
@@ -80,7 +80,7 @@ impl DirectLight {
             places: baked.light_samples.iter().map(|sample| baked.place_of(sample)).collect(),
             middles: Vec::new(),
         };
-        let middle = |surfel| SurfelMiddle::of(surface.places_of(surfel));
+        let middle = |surfel: &Surfel| SurfelMiddle::new(surface.places_of(surfel), surfel.area);
         surface.middles = baked.surfels.iter().map(middle).collect();
         Self {
             surface,

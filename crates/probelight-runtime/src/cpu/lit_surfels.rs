@@ -20,7 +20,7 @@ use crate::shadow_turns::{ShadowTurn, ShadowWork};
 /// Rays of a light for each surfel of the scene: what they cost is a share of what a frame does, which grows with the
 /// surfels. A sun shines on all of the scene and through few of its windows.
 const RAYS_PER_SURFEL: f32 = 0.25;
-const SUN_RAYS_PER_SURFEL: f32 = 1.0;
+const SUN_RAYS_PER_SURFEL: f32 = 1.5;
 
 /// But at least so many: small scenes show their noise.
 const LEAST_RAYS: usize = 8192;
@@ -30,7 +30,7 @@ const LEAST_RAYS: usize = 8192;
 const LARGEST_DOUBT: f32 = 0.5;
 
 /// From so many of its radii on a surfel is as bright as its middle.
-const FAR: f32 = 6.0;
+const FAR: f32 = 4.0;
 
 /// How much more than the cosine's share of a far light a surfel may get: counts are noisy, and its middle need not face the
 /// light where it is curved.

@@ -50,8 +50,10 @@ impl LitPoints {
         }
         let (mut firsts, mut points) = (vec![0], Vec::new());
         for (surfel, of_surfel) in baked.surfels.iter().zip(of_surfels) {
-            if of_surfel.iter().map(|point: &LitPoint| point.share).sum::<f32>() >= LEAST_SHARE {
-                points.extend(of_surfel);
+            let total = of_surfel.iter().map(|point: &LitPoint| point.share).sum::<f32>();
+            if total >= LEAST_SHARE {
+                let share = |point: LitPoint| LitPoint { share: point.share / total, ..point };
+                points.extend(of_surfel.into_iter().map(share));
             } else {
                 let share = (surfel.sample_count as f32).recip();
                 points.extend(baked.samples_of(surfel).iter().map(|sample| {
