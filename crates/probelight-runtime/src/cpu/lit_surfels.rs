@@ -22,8 +22,9 @@ use crate::shadow_turns::{ShadowTurn, ShadowWork};
 const RAYS_PER_SURFEL: f32 = 0.25;
 const SUN_RAYS_PER_SURFEL: f32 = 1.5;
 
-/// But at least so many: small scenes show their noise.
+/// But at least so many: small scenes show their noise, and coarse ones have windows, too.
 const LEAST_RAYS: usize = 8192;
+const LEAST_SUN_RAYS: usize = 65_536;
 
 /// Groups of surfels that get no more than so many rays of a lamp from their neighbours are asked as a whole whether they
 /// see it. Where a sun goes in through windows, what is lit and what is not lie too close for that.
@@ -202,11 +203,11 @@ impl LitSurfels {
 
 /// How many rays a light sends out.
 fn ray_count(light: &Light, surfels: usize) -> usize {
-    let rays_per_surfel = match light {
-        Light::Directional { .. } => SUN_RAYS_PER_SURFEL,
-        Light::Point { .. } | Light::Spot { .. } => RAYS_PER_SURFEL,
+    let (rays_per_surfel, least) = match light {
+        Light::Directional { .. } => (SUN_RAYS_PER_SURFEL, LEAST_SUN_RAYS),
+        Light::Point { .. } | Light::Spot { .. } => (RAYS_PER_SURFEL, LEAST_RAYS),
     };
-    ((surfels as f32 * rays_per_surfel) as usize).max(LEAST_RAYS)
+    ((surfels as f32 * rays_per_surfel) as usize).max(least)
 }
 
 /// The most irradiance that a surfel may have. What is known of slivers' areas is too little to divide flux by.

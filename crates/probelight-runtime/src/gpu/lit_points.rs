@@ -1,6 +1,6 @@
 //! The points of each surfel at which direct light is looked up in the shadow maps.
 //!
-//! Each texel of the lightmap has four, as far as it lies on a face. Each stands for its share of the surfel's area, so that
+//! Each texel of the lightmap has four, or more in small lightmaps, as far as it lies on a face. Each stands for its share of the surfel's area, so that
 //! a surfel gets all the light that meets it, as the CPU counts it.
 
 use std::ops::Range;
@@ -10,8 +10,11 @@ use probelight_asset::{BakedScene, NONE};
 
 use crate::surfels_of_texels::surfels_of_texels;
 
-/// Points along the edge of a texel.
-const POINTS_PER_EDGE: u32 = 2;
+/// Points along the edge of a texel: at least, and at most where lightmaps are small.
+const POINTS_PER_EDGE: [u32; 2] = [2, 8];
+
+/// About so many points a lightmap may have beyond the least: 64 MB.
+const POINTS: usize = 1 << 21;
 
 /// Surfels of whose area points stand for less are slivers between them, and have their light samples instead.
 const LEAST_SHARE: f32 = 0.5;
@@ -43,9 +46,12 @@ impl LitPoints {
         let mut of_surfels = vec![Vec::new(); baked.surfels.len()];
         if baked.surfels.iter().any(|surfel| surfel.area > 0.0) {
             let surfel_of_texel = surfels_of_texels(baked);
+            let [least, most] = POINTS_PER_EDGE;
+            let per_texel = POINTS / baked.receiver_texels.len().max(1);
+            let per_edge = (per_texel.isqrt() as u32).clamp(least, most);
             for triangle in 0..baked.scene.triangles.len() as u32 {
-                add_points(baked, triangle, false, &surfel_of_texel, &mut of_surfels);
-                add_points(baked, triangle, true, &surfel_of_texel, &mut of_surfels);
+                add_points(baked, per_edge, triangle, false, &surfel_of_texel, &mut of_surfels);
+                add_points(baked, per_edge, triangle, true, &surfel_of_texel, &mut of_surfels);
             }
         }
         let (mut firsts, mut points) = (vec![0], Vec::new());
@@ -81,6 +87,7 @@ impl LitPoints {
 /// Adds the points on one side of a triangle to the surfels on which they lie.
 fn add_points(
     baked: &BakedScene,
+    per_edge: u32,
     triangle: u32,
     is_back_face: bool,
     surfel_of_texel: &[u32],
@@ -94,9 +101,8 @@ fn add_points(
     };
     let front = baked.scene.geometric_normal(triangle as usize);
     let normal = if is_back_face { -front } else { front };
-    let square_meters =
-        baked.scene.area(triangle as usize) / (face.area() * (POINTS_PER_EDGE * POINTS_PER_EDGE) as f32);
-    for (position, barycentric) in face.points(POINTS_PER_EDGE) {
+    let square_meters = baked.scene.area(triangle as usize) / (face.area() * (per_edge * per_edge) as f32);
+    for (position, barycentric) in face.points(per_edge) {
         let surfel = surfel_of_texel.get(layout.texel_at(position) as usize).copied().unwrap_or(NONE);
         if surfel == NONE {
             continue;
