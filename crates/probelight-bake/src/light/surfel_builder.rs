@@ -252,7 +252,7 @@ impl<'a> Builder<'a> {
             for_each_part(points.clone(), most, &mut |part| tree.light_samples.push(self.light_sample(part)));
         }
         for_each_part(points, LIT_POINTS, &mut |part| {
-            tree.lit_points.extend(middle_of(part).map(|p| p.point))
+            tree.lit_points.extend(middle_of(part).map(|p| p.point));
         });
         tree.first_lit_points.push(tree.lit_points.len() as u32);
         let sample_count = tree.light_samples.len() as u32 - first_sample;
