@@ -44,8 +44,8 @@ pub(crate) struct SettingFlags {
     /// frame [default: from the scene's scale, at least 2.5 texels]
     #[arg(long, value_name = "M")]
     surfel_size: Option<f32>,
-    /// Points of each surfel at which light is evaluated, at most: more show finer shadow edges, at each
-    /// frame's cost when lights move [default: 16]
+    /// Points of each surfel at which bounced light is evaluated, at most: one for each of its texels, as
+    /// far as there are no more [default: 16]
     #[arg(long, value_name = "N")]
     samples_per_surfel: Option<u32>,
     /// Distance beyond which light is taken from probes instead of surfels, metres; handed over smoothly

@@ -35,8 +35,12 @@ struct SceneReport {
     scene: SceneFigures,
     /// The share of the grid's vertices that frames computed.
     active_share: f64,
+    /// With `--moving-lights` those of frames in which lights move.
     stages: Vec<StageReport>,
     frame: StageReport,
+    /// A frame in which nothing but bounced light changes, if `frame` is another.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    still_frame: Option<StageReport>,
     /// What the CPU takes to plan a frame with `--objects`.
     #[serde(skip_serializing_if = "Option::is_none")]
     planning_ms: Option<f64>,
@@ -132,11 +136,13 @@ impl BenchReport {
     pub(crate) fn add(
         &mut self,
         scene: SceneFigures,
-        measured: &MeasuredFrames,
+        still: &MeasuredFrames,
+        moving: Option<&MeasuredFrames>,
         planning: Option<&[Duration]>,
     ) {
         let copy_bandwidth = self.copy_gb_per_s * 1e9;
         let report = |stage: &MeasuredStage| StageReport::new(stage, copy_bandwidth);
+        let measured = moving.unwrap_or(still);
         let frame = report(&measured.frame);
         let copied_bytes = frame.median_ms * 1e-3 * copy_bandwidth / scene.receivers.max(1) as f64;
         self.scenes.push(SceneReport {
@@ -144,6 +150,7 @@ impl BenchReport {
             times_published_at_same_bandwidth: PUBLISHED_BYTES_PER_RECEIVER / copied_bytes,
             active_share: measured.active_share,
             planning_ms: planning.map(|times| median(times).as_secs_f64() * 1e3),
+            still_frame: moving.map(|_| report(&still.frame)),
             scene,
             frame,
         });
@@ -158,14 +165,14 @@ impl BenchReport {
         let mut text = String::new();
         writeln!(text, "{}{}", self.device, if self.is_software { ", a driver in software" } else { "" })?;
         let changes = if self.lights_move {
-            "lights change with each frame"
+            "all lights move before each frame"
         } else {
             "nothing changes but bounced light"
         };
         writeln!(text, "{changes}")?;
         writeln!(text, "a copy reads and writes {:.1} GB/s", self.copy_gb_per_s)?;
         for report in &self.scenes {
-            let SceneReport { scene, active_share, stages, frame, .. } = report;
+            let SceneReport { scene, active_share, stages, frame, still_frame, .. } = report;
             writeln!(
                 text,
                 "\n{}: {} receivers, {:.1} bytes of matrices each; {} clusters, {} probes, {} surfels",
@@ -185,17 +192,22 @@ impl BenchReport {
                 "{:<18}{:>11}{:>11}{:>11}{:>9}{:>10}",
                 "", "median ms", "shortest", "MB", "GB/s", "of copy"
             )?;
-            for stage in stages.iter().chain([frame]) {
+            let still = still_frame.as_ref().map(|frame| ("lights still", frame));
+            let lines = stages.iter().chain([frame]).map(|stage| (stage.name, stage)).chain(still);
+            for (name, stage) in lines {
                 writeln!(
                     text,
-                    "{:<18}{:>11.4}{:>11.4}{:>11.2}{:>9.1}{:>8.1} %",
-                    stage.name,
+                    "{name:<18}{:>11.4}{:>11.4}{:>11.2}{:>9.1}{:>8.1} %",
                     stage.median_ms,
                     stage.shortest_ms,
                     stage.bytes as f64 * 1e-6,
                     stage.gb_per_s,
                     stage.of_copy * 100.0
                 )?;
+            }
+            if let Some(still) = still_frame {
+                let ratio = frame.median_ms / still.median_ms;
+                writeln!(text, "lights that move make a frame {ratio:.2} times as long")?;
             }
             if let Some(planning) = report.planning_ms {
                 writeln!(text, "planning a frame with objects{planning:>11.4} ms")?;

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use probelight_asset::BakedScene;
+use probelight_asset::{BakedScene, Probe};
+use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, copy_bandwidth};
 use probelight_runtime::{
     FrameInput, FramePlan, LodSettings, PerStage, Runtime, Stage, StageTimings, View, stage_bytes,
@@ -83,20 +84,34 @@ pub(crate) struct LightShow {
 impl LightShow {
     fn lighting(&self, frame: usize) -> Lighting {
         let mut lighting = self.lighting.clone();
-        // Any change counts: the work is that of a light that moves.
+        // To and fro by next to nothing: the work is that of a light that moves.
         if self.lights_move && !frame.is_multiple_of(2) {
-            lighting.lights.iter_mut().for_each(brighten);
+            lighting.lights.iter_mut().for_each(nudge);
         }
         lighting
     }
 }
 
-fn brighten(light: &mut Light) {
+fn nudge(light: &mut Light) {
     match light {
-        Light::Point { intensity: power, .. }
-        | Light::Spot { intensity: power, .. }
-        | Light::Directional { irradiance: power, .. } => *power *= 1.01,
+        Light::Point { position, .. } | Light::Spot { position, .. } => *position *= 1.0 + 1e-4,
+        Light::Directional { direction, .. } => {
+            *direction = (*direction + 1e-3 * direction.any_orthonormal_vector()).normalize();
+        }
     }
+}
+
+/// A lamp in the air near the middle of a scene, and a sun.
+pub(crate) fn lamp_and_sun(baked: &BakedScene) -> Vec<Light> {
+    let bounds = baked.scene.bounds();
+    let middle = bounds.min.midpoint(bounds.max);
+    let distance = |probe: &&Probe| probe.position.distance_squared(middle);
+    let nearest = baked.probes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let intensity = Vec3::splat(bounds.diagonal().powi(2) / 16.0);
+    vec![
+        Light::Point { position: nearest.map_or(middle, |probe| probe.position), intensity, range: None },
+        Light::Directional { direction: Vec3::new(0.36, -0.8, 0.48), irradiance: Vec3::splat(4.0) },
+    ]
 }
 
 /// Boxes in which about a share of the grid's vertices lies, beginning in the middle of the scene.

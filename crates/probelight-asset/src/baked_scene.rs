@@ -158,6 +158,26 @@ impl BakedParts {
         &texels[..texels.len().min(cluster.receiver_count as usize)]
     }
 
+    /// The light samples of a surfel; at least one.
+    #[inline]
+    pub fn samples_of(&self, surfel: &Surfel) -> &[LightSample] {
+        &self.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize]
+    }
+
+    /// World position (metres) of a light sample, and the unit geometric normal on its side.
+    pub fn place_of(&self, sample: &LightSample) -> (Vec3, Vec3) {
+        let triangle = sample.triangle() as usize;
+        let front = self.scene.geometric_normal(triangle);
+        let normal = if sample.is_back_face() { -front } else { front };
+        (self.scene.position(triangle, sample.barycentric()), normal)
+    }
+
+    /// The lightmap texel of a light sample; [`NONE`](crate::NONE) if its side has no light of its own.
+    pub fn texel_of(&self, sample: &LightSample) -> u32 {
+        let texel = self.lightmap.texel(sample.triangle(), sample.is_back_face(), sample.barycentric());
+        texel.unwrap_or(NONE)
+    }
+
     /// The receiver of each lightmap texel, [`NONE`](crate::NONE) outside the charts.
     pub fn receivers_of_chart_texels(&self) -> Vec<u32> {
         let mut receivers = vec![NONE; self.lightmap.width as usize * self.lightmap.height as usize];

@@ -12,7 +12,7 @@ compile_error!("baked files are little-endian arrays that are read without conve
 const MAGIC: [u8; 8] = *b"\x89PLIGHT\n";
 
 /// Version of the format that this crate writes and reads.
-pub const FORMAT_VERSION: u32 = 9;
+pub const FORMAT_VERSION: u32 = 10;
 
 /// Counts additions that older readers of the same version may skip: optional sections, fields of JSON sections.
 pub(crate) const MINOR_VERSION: u32 = 0;

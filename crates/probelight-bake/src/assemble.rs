@@ -135,7 +135,7 @@ fn keep_seen_surfels(baked: &mut BakedParts) {
         .zip(seen)
         .map(|(number, surfel)| baked.light_samples[std::mem::replace(surfel, number) as usize])
         .collect();
-    let surfel = |first_sample| Surfel { first_sample, sample_count: 1 };
+    let surfel = |first_sample| Surfel { first_sample, sample_count: 1, area: 0.0 };
     baked.surfels = (0..baked.light_samples.len() as u32).map(surfel).collect();
 }
 

@@ -78,6 +78,7 @@ mod scene_state;
 mod shadow_turns;
 mod sky_signals;
 mod surface_colors;
+mod surfels_of_texels;
 pub mod synthetic;
 
 pub use convergence::Convergence;
@@ -94,4 +95,6 @@ pub use object_spheres::{ObjectInfluence, ObjectSphere, SPHERES_PER_OBJECT};
 pub use objects::{ObjectId, Objects};
 #[cfg(feature = "cpu")]
 pub use runtime::Runtime;
+#[cfg(feature = "cpu")]
+pub use shadow_turns::{ShadowTurn, ShadowWork};
 pub use surface_colors::SurfaceColors;

@@ -24,7 +24,7 @@ use crate::{
 /// Lights a baked scene, frame by frame. Feature `cpu`, on by default.
 ///
 /// Work is divided among the threads of the rayon pool that calls; the result does not depend on their number.
-/// After the first frame, [`step`](Self::step) allocates nothing.
+/// After the first frame, [`step`](Self::step) allocates nothing, unless there are more lights than ever before.
 pub struct Runtime {
     baked: Arc<BakedScene>,
     tracer: Tracer,
@@ -81,7 +81,7 @@ impl Runtime {
         &self.state.lighting
     }
 
-    /// Changes the light sources. Shadow rays are traced again only if an analytic light changed.
+    /// Changes the light sources. Rays are traced again only of analytic lights that moved.
     ///
     /// # Errors
     /// If a number of the lighting is not finite or negative where light cannot be; then it stays as it was.
@@ -216,17 +216,17 @@ impl Runtime {
             trace_objects(&mut self.traced_objects, objects.as_slice());
         }
         let turns = self.plans.lod().shadow_turns;
-        let (turn, work) = self.shadow_turns.next(turns, stale.direct, moved);
-        if work.lights {
-            signals.trace_direct(baked, &self.tracer, &lighting.lights, turn);
-        }
+        let work = self.shadow_turns.next(turns, stale.direct, moved);
         if work.lights || work.objects {
             let world = World { tracer: &self.tracer, objects: &self.traced_objects };
-            signals.cast_object_shadows(baked, world, &lighting.lights, turn);
+            signals.light_directly(baked, world, &lighting.lights, work);
+        }
+        if stale.shading {
+            signals.color(baked, lighting, colors);
         }
         let shine_differently = work.lights || work.objects || stale.shading;
         if shine_differently {
-            signals.shade(baked, lighting, colors);
+            signals.shade();
         }
         if stale.sky {
             signals.project_sky(baked, &lighting.sky);

@@ -1,24 +1,43 @@
-//! Shadow rays of light samples in turns, so that a frame traces but a share of them.
+//! Rays of direct light in turns, so that a frame traces but a share of them.
 
-use crate::cpu::SampleTurn;
+/// Which rays have their turn in a frame: every n-th.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShadowTurn {
+    /// Number of the turn, below `turns`.
+    pub turn: usize,
+    /// Turns until all have had theirs, at least one.
+    pub turns: usize,
+}
 
-/// How many turns are left until all samples know the present lights and objects.
+impl ShadowTurn {
+    /// All at once.
+    pub const ALL: Self = Self { turn: 0, turns: 1 };
+
+    /// Numbers of those whose turn it is.
+    pub(crate) fn of(self, count: usize) -> impl Iterator<Item = usize> {
+        (self.turn..count).step_by(self.turns)
+    }
+}
+
+/// How many turns are left until all rays know the present lights and objects.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ShadowTurns {
     lights: u32,
     objects: u32,
     turn: usize,
-    /// Whether some frame had all samples at once since the last that was asked to.
+    /// Whether some frame had all rays at once since the last that was asked to.
     has_begun: bool,
 }
 
-/// What the samples whose turn it is need.
+/// What direct light a frame finds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct ShadowWork {
-    /// Rays against what stands still.
-    pub(crate) lights: bool,
-    /// Rays against objects.
-    pub(crate) objects: bool,
+pub struct ShadowWork {
+    /// The rays whose turn it is.
+    pub turn: ShadowTurn,
+    /// Whether they meet what stands still anew.
+    pub lights: bool,
+    /// Whether they meet objects anew.
+    pub objects: bool,
 }
 
 impl ShadowTurns {
@@ -27,13 +46,8 @@ impl ShadowTurns {
         self.has_begun = false;
     }
 
-    /// The samples of a frame in which lights or objects may have moved, and what they need.
-    pub(crate) fn next(
-        &mut self,
-        turns: u32,
-        lights_moved: bool,
-        objects_moved: bool,
-    ) -> (SampleTurn, ShadowWork) {
+    /// What is to be done in a frame in which lights or objects may have moved.
+    pub(crate) fn next(&mut self, turns: u32, lights_moved: bool, objects_moved: bool) -> ShadowWork {
         let turns = if std::mem::replace(&mut self.has_begun, true) { turns } else { 1 };
         if lights_moved {
             self.lights = turns;
@@ -41,14 +55,14 @@ impl ShadowTurns {
         if objects_moved {
             self.objects = turns;
         }
-        let work = ShadowWork { lights: self.lights > 0, objects: self.objects > 0 };
+        let work = ShadowWork { turn: ShadowTurn::ALL, lights: self.lights > 0, objects: self.objects > 0 };
         if turns == 1 {
             (self.lights, self.objects) = (0, 0);
-            return (SampleTurn::ALL, work);
+            return work;
         }
         (self.lights, self.objects) = (self.lights.saturating_sub(1), self.objects.saturating_sub(1));
         self.turn = (self.turn + 1) % turns as usize;
-        (SampleTurn { turn: self.turn, turns: turns as usize }, work)
+        ShadowWork { turn: ShadowTurn { turn: self.turn, turns: turns as usize }, ..work }
     }
 }
 
@@ -56,24 +70,24 @@ impl ShadowTurns {
 mod tests {
     use super::*;
 
-    const NOTHING: ShadowWork = ShadowWork { lights: false, objects: false };
-    const LIGHTS: ShadowWork = ShadowWork { lights: true, objects: false };
+    fn has_work(work: ShadowWork) -> bool {
+        work.lights || work.objects
+    }
+
+    const ALL_LIGHTS: ShadowWork = ShadowWork { turn: ShadowTurn::ALL, lights: true, objects: false };
 
     #[test]
-    fn all_samples_have_a_turn_after_the_last_change() {
+    fn all_rays_have_a_turn_after_the_last_change() {
         let mut turns = ShadowTurns::default();
-        assert_eq!(
-            turns.next(4, true, false),
-            (SampleTurn::ALL, LIGHTS),
-            "the first frame knows nothing yet"
-        );
-        assert_eq!(turns.next(4, false, false).1, NOTHING);
+        assert_eq!(turns.next(4, true, false), ALL_LIGHTS, "the first frame knows nothing yet");
+        assert!(!has_work(turns.next(4, false, false)));
         let mut seen = vec![turns.next(4, true, false)];
         seen.extend((0..6).map(|_| turns.next(4, false, false)));
         let mut traced: Vec<usize> =
-            seen.iter().filter(|(_, work)| *work == LIGHTS).map(|(turn, _)| turn.turn).collect();
+            seen.iter().filter(|work| work.lights).map(|work| work.turn.turn).collect();
         traced.sort_unstable();
         assert_eq!(traced, [0, 1, 2, 3]);
+        assert!(seen.iter().all(|work| !work.objects && work.turn.turns == 4));
     }
 
     #[test]
@@ -82,10 +96,10 @@ mod tests {
         turns.next(4, true, true);
         turns.next(4, true, false);
         turns.all_at_once();
-        assert_eq!(turns.next(4, false, false), (SampleTurn::ALL, LIGHTS));
-        assert_eq!(turns.next(4, false, false).1, NOTHING);
+        assert_eq!(turns.next(4, false, false), ALL_LIGHTS);
+        assert!(!has_work(turns.next(4, false, false)));
         // With one turn there is nothing left ever.
-        assert_eq!(turns.next(1, true, false), (SampleTurn::ALL, LIGHTS));
-        assert_eq!(turns.next(1, false, false).1, NOTHING);
+        assert_eq!(turns.next(1, true, false), ALL_LIGHTS);
+        assert!(!has_work(turns.next(1, false, false)));
     }
 }

@@ -3,7 +3,7 @@
 
 use probelight_asset::packed::Ranks;
 use probelight_asset::{
-    BakedParts, Cluster, Emitter, LightSample, LightmapFace, NONE, Probe, Surfel, SurfelGroup,
+    BakedParts, Cluster, Emitter, LightSample, LightmapFace, LightmapLayout, NONE, Probe, Surfel, SurfelGroup,
 };
 use probelight_math::directions::progressive_sphere;
 use probelight_math::glam::{Vec2, Vec3, Vec4};
@@ -172,8 +172,7 @@ pub fn synthetic_room(size: SyntheticSize) -> BakedParts {
     baked.probes =
         (0..size.probes).map(|i| Probe { position: Vec3::splat(i as f32), support_radius: 1.0 }).collect();
     tile_lightmap(&mut baked, size);
-    baked.lightmap.faces = vec![LightmapFace::default(); baked.scene.triangles.len()];
-    baked.lightmap.back_faces = vec![NONE; baked.scene.triangles.len()];
+    faces_of_quads(&mut baked.lightmap);
     push_random_surfels(&mut baked, rng, size);
     baked.emitters = (0..size.emitters)
         .map(|_| Emitter { material: 1, mean_texel: rng.next_vec2().extend(rng.next_f32()) })
@@ -231,12 +230,12 @@ fn push_random_surfels(baked: &mut BakedParts, rng: &mut Rng, size: SyntheticSiz
     for index in 0..size.surfels {
         let sample_count = 1 + below(rng, size.samples_per_surfel);
         let first_sample = baked.light_samples.len() as u32;
-        baked.surfels.push(Surfel { first_sample, sample_count });
+        baked.surfels.push(Surfel { first_sample, sample_count, area: 0.0 });
         // Few receivers, so that samples meet.
         let near = Neighbours::within(size, index, size.surfels, receivers, 5);
         for _ in 0..sample_count {
             let texel = baked.receiver_texels[near.pick(rng) as usize];
-            let sample = random_light_sample(rng, &baked.scene, texel);
+            let sample = random_light_sample(rng, &baked.lightmap, texel);
             baked.light_samples.push(sample);
         }
     }
@@ -251,23 +250,25 @@ fn push_random_surfels(baked: &mut BakedParts, rng: &mut Rng, size: SyntheticSiz
     }
 }
 
-fn random_light_sample(rng: &mut Rng, scene: &Scene, texel: u32) -> LightSample {
-    let triangle = below(rng, scene.triangles.len());
-    let (mut u, mut v) = (rng.next_f32(), rng.next_f32());
-    if u + v > 1.0 {
-        (u, v) = (1.0 - u, 1.0 - v);
-    }
+/// A sample on a random side that reads a texel of the lightmap, or none on the back of the shade.
+fn random_light_sample(rng: &mut Rng, layout: &LightmapLayout, texel: u32) -> LightSample {
+    let (quad, is_back_face) = (below(rng, 2), rng.next_f32() < 0.5);
+    let at = Vec2::new((texel % layout.width) as f32, (texel / layout.width) as f32) + 0.5;
+    let at = at / Vec2::new(layout.width as f32, layout.height as f32);
+    // The lightmap's image lies on each quad as a whole; see `faces_of_quads`.
+    let (triangle, weights) =
+        if at.y <= at.x { (0, Vec2::new(at.x - at.y, at.y)) } else { (1, Vec2::new(at.x, at.y - at.x)) };
     let mut code = || (rng.next_u32() >> 24) as u8;
-    let (base_color_and_side, emission_texel) =
-        ([code(), code(), code(), code() & 1], [code(), code(), code(), 0]);
-    let texel = if rng.next_f32() < 0.05 { NONE } else { texel };
-    LightSample {
-        position: scene.position(triangle as usize, Vec2::new(u, v)),
-        triangle,
-        texel,
-        base_color_and_side,
-        emission_texel,
-    }
+    LightSample::new(2 * quad + triangle, is_back_face, weights, [code(), code(), code()])
+}
+
+/// The lightmap of [`floor_and_shade`]: all of it on each side, but for the back of the shade.
+fn faces_of_quads(layout: &mut LightmapLayout) {
+    let (right, bottom) = (Vec2::X * layout.width as f32, Vec2::Y * layout.height as f32);
+    let face = |corners| LightmapFace { corners };
+    let quad = [face([Vec2::ZERO, right, right + bottom]), face([Vec2::ZERO, right + bottom, bottom])];
+    layout.faces = [quad; 3].concat();
+    layout.back_faces = vec![4, 5, NONE, NONE];
 }
 
 /// Tiles touch the ones left and right of them, so that clusters meet there, and have dilated texels below them.

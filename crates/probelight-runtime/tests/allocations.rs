@@ -47,6 +47,8 @@ fn frames_after_the_first_allocate_nothing() {
         for threshold in [0.0, 0.005] {
             let changes = LodChanges { threshold, ..LodChanges::default() };
             runtime.set_lod(LodSettings { changes, ..LodSettings::default() }).unwrap();
+            // Lights have their rays, once for each.
+            runtime.set_lighting(all_lights()).unwrap();
             runtime.step(&FrameInput::default());
             steal_once();
             let mut lightings = [all_lights(), Lighting::default(), all_lights()].into_iter();

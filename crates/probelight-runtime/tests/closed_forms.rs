@@ -7,8 +7,8 @@ use std::f32::consts::PI;
 
 use half::f16;
 use probelight_asset::packed::{Precision, Ranks};
-use probelight_asset::{BakedParts, Emitter, LightSample, NONE, Surfel, SurfelGroup};
-use probelight_math::glam::Vec3;
+use probelight_asset::{BakedParts, Emitter, LightSample, Surfel, SurfelGroup};
+use probelight_math::glam::{Vec2, Vec3, vec2};
 use probelight_runtime::{FrameInput, Runtime};
 use probelight_scene::{Light, Lighting, Sky};
 use support::{SMALL, Size, all_lights, checked, floor_and_shade, material, random_room, single_probe};
@@ -80,9 +80,9 @@ fn converge_stops_at_its_limit_and_in_darkness() {
 
 #[test]
 fn point_light_reaches_the_side_of_the_sample() {
-    let lit = |side: u8, height: f32| {
-        let mut sample = LightSample { position: Vec3::new(2.0, 0.0, 0.5), ..white_sample() };
-        sample.base_color_and_side[3] = side;
+    let lit = |side: bool, height: f32| {
+        // At (2, 0, ½).
+        let sample = LightSample::new(0, side, Vec2::splat(2.5 / 6.0), [255; 3]);
         let mut runtime = runtime(single_probe(floor_and_shade(), Some(sample), &[1.0]));
         let position = Vec3::new(2.0, height, 0.5);
         let lights = vec![Light::Point { position, intensity: Vec3::splat(8.0 * PI), range: None }];
@@ -92,53 +92,56 @@ fn point_light_reaches_the_side_of_the_sample() {
     };
     // L = ρ/π · I/d², with the floor's albedo.
     let expected = Vec3::new(0.7, 0.5, 0.3) * 2.0;
-    assert!(lit(0, 2.0).abs_diff_eq(expected, 1e-5));
-    assert_eq!(lit(1, 2.0), Vec3::ZERO);
-    assert!(lit(1, -2.0).abs_diff_eq(expected, 1e-5));
+    assert!(lit(false, 2.0).abs_diff_eq(expected, 1e-5));
+    assert_eq!(lit(true, 2.0), Vec3::ZERO);
+    assert!(lit(true, -2.0).abs_diff_eq(expected, 1e-5));
 }
 
 #[test]
 fn shadows_fall_and_back_faces_do_not_emit() {
-    let shine = |position: Vec3, triangle: u32, side: u8| {
-        let mut sample = LightSample { position, triangle, ..white_sample() };
-        sample.base_color_and_side[3] = side;
+    let shine = |at: Vec2, triangle: u32, side: bool| {
+        let sample = LightSample::new(triangle, side, at, [255; 3]);
         let mut runtime = runtime(single_probe(floor_and_shade(), Some(sample), &[1.0]));
         let lights = vec![Light::Directional { direction: -Vec3::Y, irradiance: Vec3::splat(PI) }];
         runtime.set_lighting(Lighting { lights, ..Lighting::default() }).unwrap();
         runtime.step(&FrameInput::default());
         runtime.surfel_radiance()[0]
     };
-    assert!(shine(Vec3::new(2.0, 0.0, 0.0), 0, 0).abs_diff_eq(Vec3::new(0.7, 0.5, 0.3), 1e-5));
-    assert_eq!(shine(Vec3::new(0.5, 0.0, 0.0), 0, 0), Vec3::ZERO);
+    // At (2, 0, 0) and at (½, 0, 0), below the shade.
+    assert!(shine(vec2(1.0 / 3.0, 0.5), 0, false).abs_diff_eq(Vec3::new(0.7, 0.5, 0.3), 1e-5));
+    assert_eq!(shine(vec2(0.5 / 6.0, 0.5), 0, false), Vec3::ZERO);
     let front = Vec3::new(1.0, 2.0, 0.5) + Vec3::new(0.2, 0.4, 0.6);
-    assert!(shine(Vec3::Y, 2, 0).abs_diff_eq(front, 1e-5));
-    assert_eq!(shine(Vec3::Y, 2, 1), Vec3::ZERO);
+    assert!(shine(Vec2::splat(0.25), 2, false).abs_diff_eq(front, 1e-5));
+    assert_eq!(shine(Vec2::splat(0.25), 2, true), Vec3::ZERO);
 }
 
-/// A floor whose surfels shine by emission alone, each sample as bright as its emissive texel says.
-fn emissive_floor(samples: &[[u8; 3]], surfels: &[u32]) -> BakedParts {
+/// A floor that emits and reflects, with samples of some colours, which read no texel.
+fn floor_of(emission: Vec3, samples: &[[u8; 3]], surfels: &[u32]) -> BakedParts {
     let mut scene = floor_and_shade();
-    scene.materials[0] = material(Vec3::ZERO, Vec3::ONE);
+    scene.materials[0] = material(Vec3::ONE, emission);
     let mut baked = single_probe(scene, None, &[1.0]);
-    let sample =
-        |[r, g, b]: [u8; 3]| LightSample { emission_texel: [r, g, b, 0], texel: NONE, ..white_sample() };
+    // At (2, 0, ½).
+    let sample = |color: [u8; 3]| LightSample::new(0, false, Vec2::splat(2.5 / 6.0), color);
     baked.light_samples = samples.iter().copied().map(sample).collect();
     for sample_count in surfels.iter().copied() {
         let first_sample = baked.surfels.last().map_or(0, |last| last.first_sample + last.sample_count);
-        baked.surfels.push(Surfel { first_sample, sample_count });
+        baked.surfels.push(Surfel { first_sample, sample_count, area: 0.0 });
     }
     baked
 }
 
 #[test]
 fn surfels_are_means_of_samples_and_groups_of_surfels() {
-    let mut baked = emissive_floor(&[[255, 0, 0], [0, 255, 0], [0, 0, 0], [0, 0, 255]], &[3, 1]);
+    let colors = [[255, 0, 0], [0, 255, 0], [0, 0, 0], [0, 0, 255]];
+    let mut baked = floor_of(Vec3::ZERO, &colors, &[3, 1]);
     baked.surfel_groups = vec![
         SurfelGroup { children: [0, 1], first_weight: 0.75 },
         SurfelGroup { children: [1, 2], first_weight: 0.5 },
         SurfelGroup { children: [3, 3], first_weight: 1.0 },
     ];
     let mut runtime = runtime(baked);
+    let lights = vec![Light::Directional { direction: -Vec3::Y, irradiance: Vec3::splat(PI) }];
+    runtime.set_lighting(Lighting { lights, ..Lighting::default() }).unwrap();
     runtime.step(&FrameInput::default());
     let expected = [
         Vec3::new(1.0 / 3.0, 1.0 / 3.0, 0.0),
@@ -156,7 +159,7 @@ fn surfels_are_means_of_samples_and_groups_of_surfels() {
 #[test]
 fn emitters_shine_in_place_of_their_surfels() {
     let mean_texel = Vec3::new(0.5, 0.25, 1.0);
-    let mut baked = emissive_floor(&[[255, 255, 255]], &[1]);
+    let mut baked = floor_of(Vec3::ONE, &[[255; 3]], &[1]);
     let signals = |baked: BakedParts, lighting: Lighting| {
         let mut runtime = runtime(baked);
         runtime.set_lighting(lighting).unwrap();

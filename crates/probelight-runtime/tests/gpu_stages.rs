@@ -14,7 +14,6 @@ use probelight_runtime::gpu::readback::read_texture;
 use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, ShadowMapOptions};
 use probelight_runtime::{ClusterExtent, FrameInput, FramePlan, ProbeExtent, Runtime, Stage};
 use probelight_scene::{Light, Lighting};
-use probelight_trace::direct_irradiance;
 use support::{SMALL, SMALL_PAPER, Size, all_lights, checked, probe_coefficients, random_plan, random_room};
 
 /// A sum of n products of random sign in f32 is off by some √n · 6e-8 and n is about a hundred here; the orders
@@ -95,17 +94,8 @@ impl Twins {
 
     /// Light of the shadow rays, in the place of that of the shadow maps.
     fn upload_direct(&mut self) {
-        let (baked, tracer) = (self.on_cpu.baked(), self.on_cpu.tracer());
-        let direct: Vec<Vec3> = baked
-            .light_samples
-            .iter()
-            .map(|sample| {
-                let normal = tracer.side_normal(sample.triangle, sample.is_back_face());
-                direct_irradiance(tracer, &all_lights().lights, sample.position, normal)
-            })
-            .collect();
         self.run(Stage::LightSurfels);
-        self.on_gpu.write_direct(&direct);
+        self.on_gpu.write_direct(self.on_cpu.signals().direct_irradiance());
         let color = self.on_gpu.surface_colors(0).unwrap().base_color;
         self.on_gpu.set_base_color(0, Vec3::ONE).unwrap();
         self.on_gpu.set_base_color(0, color).unwrap();

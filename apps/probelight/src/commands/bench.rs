@@ -15,7 +15,7 @@ use crate::bench_report::{BenchReport, SceneFigures};
 use crate::console::{self, Console};
 use crate::lod_flag::{LodChoice, parse_lod};
 use crate::planning_clock::{bounds_of_clusters, planning_times};
-use crate::stage_clock::{LightShow, StageClock};
+use crate::stage_clock::{LightShow, StageClock, lamp_and_sun};
 use crate::{input, interrupt, output};
 
 const EXAMPLES: &str = "\
@@ -23,7 +23,7 @@ Examples:
   probelight bench room.plight --backend gpu
   probelight bench --synthetic 512000 --backend cpu
   probelight bench --synthetic 512000 --method paper --adapter h100 --json
-  probelight bench --synthetic 512000 --moving-lights        with direct light and shading
+  probelight bench room.plight --moving-lights               lights that stand still and that move
   probelight bench room.plight --active-grid 0 1 100         what objects in the grid cost
   probelight bench room.plight --lod medium --camera hall    with levels of detail
   probelight bench --synthetic 512000 --objects 1000         planning with so many moving objects
@@ -62,7 +62,8 @@ pub(crate) struct Flags {
     /// What synthetic scenes are like
     #[arg(long, value_enum, default_value_t)]
     method: MethodFlag,
-    /// Change the lights before each frame, so that direct light and shading count too (drawing shadow maps does not)
+    /// Also measure frames in which all lights move, so that direct light counts too (drawing shadow maps does not); a
+    /// scene without lights gets a lamp and a sun
     #[arg(long)]
     moving_lights: bool,
     /// Shares of the grid in free space around which something moves, per cent: one measurement each
@@ -115,20 +116,28 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let clock = StageClock::new(&backend)?;
     let mut report = BenchReport::new(&backend, &clock, flags.moving_lights);
     for scene in flags.scenes() {
-        let LoadedScene { baked, lighting, name, view } = scene.load(flags.camera.as_deref())?;
+        let LoadedScene { baked, mut lighting, name, view } = scene.load(flags.camera.as_deref())?;
+        if flags.moving_lights && lighting.lights.is_empty() {
+            console.note(format!("{name} has no lights that could move: a lamp and a sun were added"));
+            lighting.lights = lamp_and_sun(&baked);
+        }
         console.note(format!("measuring {name}, {} receivers", baked.receiver_texels.len()));
         let planning = flags.objects.map(|objects| planning_times(&baked, objects, flags.frames));
         for percent in &flags.active_grid {
-            let show = LightShow {
+            let still = LightShow {
                 lighting: lighting.clone(),
                 lod: flags.lod.as_ref().map(|lod| lod.settings.clone()).unwrap_or_default(),
                 view,
-                lights_move: flags.moving_lights,
+                lights_move: false,
                 frames: flags.frames as usize,
                 active_share: percent / 100.0,
             };
-            let measured = clock.measure(Arc::clone(&baked), &show)?;
-            report.add(SceneFigures::of(name.clone(), &baked), &measured, planning.as_deref());
+            let measured = clock.measure(Arc::clone(&baked), &still)?;
+            let moving = LightShow { lights_move: true, ..still };
+            let moving =
+                flags.moving_lights.then(|| clock.measure(Arc::clone(&baked), &moving)).transpose()?;
+            let figures = SceneFigures::of(name.clone(), &baked);
+            report.add(figures, &measured, moving.as_ref(), planning.as_deref());
             interrupt::check()?;
         }
     }

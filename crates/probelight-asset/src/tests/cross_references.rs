@@ -7,7 +7,7 @@ use probelight_scene::{Light, Scene};
 
 use super::fixture::baked_parts;
 use crate::packed::Ranks;
-use crate::{BakedParts, BakedScene, NONE};
+use crate::{BakedParts, BakedScene, LightSample, NONE};
 
 /// Breaks the fixture and expects a refusal that contains `words`.
 #[track_caller]
@@ -111,16 +111,19 @@ fn memory_of_probes_is_bounded_by_the_file() {
 
 #[test]
 fn light_samples_are_checked() {
-    refused("light sample 3 lies on triangle 2", |b| b.light_samples[3].triangle = 2);
-    refused("light sample 1 lies on triangle", |b| b.light_samples[1].triangle = NONE);
-    refused("light sample 3 reads texel 12", |b| b.light_samples[3].texel = 12);
-    refused("light sample 0 is not finite", |b| b.light_samples[0].position.x = f32::INFINITY);
+    let on_triangle = |triangle| LightSample::new(triangle, false, Vec2::ZERO, [0; 3]);
+    refused("light sample 3 lies on triangle 2", |b| b.light_samples[3] = on_triangle(2));
+    refused("light sample 1 lies on triangle", |b| b.light_samples[1] = on_triangle(NONE / 2));
+    refused("light sample 0 lies outside of its triangle", |b| {
+        b.light_samples[0].weights_and_color = [u16::MAX; 3];
+    });
 }
 
 #[test]
 fn surfels_are_checked() {
     refused("surfel 1 does not start", |b| b.surfels[1].first_sample = 1);
     refused("surfel 2 does not start", |b| b.surfels[1].sample_count = 2);
+    refused("surfel 1 has an area", |b| b.surfels[1].area = f32::NAN);
     refused("surfel 2 has no samples", |b| b.surfels[2].sample_count = 0);
     refused("the surfels need 3 light samples, and there are 4", |b| b.surfels.truncate(2));
     refused("the surfels need 4294967298", |b| b.surfels[2].sample_count = u32::MAX);

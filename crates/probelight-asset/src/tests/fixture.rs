@@ -24,7 +24,7 @@ pub(super) fn baked_parts() -> BakedParts {
         lightmap: lightmap(),
         light_samples: light_samples(),
         surfels: [[0, 2], [2, 1], [3, 1]]
-            .map(|[first_sample, sample_count]| Surfel { first_sample, sample_count })
+            .map(|[first_sample, sample_count]| Surfel { first_sample, sample_count, area: 0.25 })
             .to_vec(),
         surfel_groups: vec![
             SurfelGroup { children: [0, 2], first_weight: 1.0 / 3.0 },
@@ -206,19 +206,8 @@ fn lightmap() -> LightmapLayout {
 }
 
 fn light_samples() -> Vec<LightSample> {
-    let sample = LightSample {
-        position: Vec3::new(0.3, 0.0, 0.3),
-        triangle: 1,
-        texel: 10,
-        base_color_and_side: [255, 128, 7, 1],
-        emission_texel: [1, 2, 3, 0],
-    };
-    vec![
-        sample,
-        LightSample { texel: NONE, ..sample },
-        LightSample { triangle: 0, texel: 0, ..sample },
-        sample,
-    ]
+    let sample = LightSample::new(1, true, Vec2::new(0.3, 0.25), [255, 128, 7]);
+    vec![sample, sample, LightSample::new(0, false, Vec2::X, [1, 2, 3]), sample]
 }
 
 /// Degree 1 has four coefficients: the first cluster has ten columns (two scalar signals, two probes), the

@@ -58,7 +58,7 @@ fn unknown_required_sections_are_refused_with_the_versions() {
     write_sections(MINOR_VERSION + 3, &sections, &mut bytes).unwrap();
     for reason in [refusal(&bytes), BakedInfo::from_reader(&bytes[..]).unwrap_err().to_string()] {
         assert!(reason.contains("needs its section 'cells-of-air'"), "{reason}");
-        assert!(reason.contains("version 9.3,") && reason.contains("reads 9.0"), "{reason}");
+        assert!(reason.contains("version 10.3,") && reason.contains("reads 10.0"), "{reason}");
     }
 }
 

@@ -14,18 +14,17 @@ const MAX_COEFFICIENTS_PER_RAY: u64 = 8;
 
 impl BakedParts {
     pub(super) fn check_light_samples(&self) -> Result<(), String> {
-        let (texels, triangles) = (self.texel_count(), self.scene.triangles.len());
+        let triangles = self.scene.triangles.len();
         for (s, sample) in self.light_samples.iter().enumerate() {
-            ensure!(sample.position.is_finite(), "light sample {s} is not finite");
             ensure!(
-                (sample.triangle as usize) < triangles,
+                (sample.triangle() as usize) < triangles,
                 "light sample {s} lies on triangle {} of {triangles}",
-                sample.triangle
+                sample.triangle()
             );
+            let weights = sample.barycentric();
             ensure!(
-                sample.texel == NONE || u64::from(sample.texel) < texels,
-                "light sample {s} reads texel {} of {texels}",
-                sample.texel
+                weights.element_sum() <= 1.0 + f32::EPSILON,
+                "light sample {s} lies outside of its triangle"
             );
         }
         Ok(())
@@ -40,6 +39,10 @@ impl BakedParts {
                 "surfel {s} does not start where the last one ends"
             );
             ensure!(surfel.sample_count > 0, "surfel {s} has no samples");
+            ensure!(
+                surfel.area >= 0.0 && surfel.area.is_finite(),
+                "surfel {s} has an area that is not usable"
+            );
             end += u64::from(surfel.sample_count);
         }
         let samples = self.light_samples.len();

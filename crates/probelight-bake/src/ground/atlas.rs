@@ -48,9 +48,14 @@ impl Atlas {
         face as usize >= self.back_faces.len()
     }
 
+    /// The face on one side of a triangle, or [`NONE`] if its back is unlit.
+    pub(crate) fn face_of(&self, triangle: u32, is_back_face: bool) -> u32 {
+        if is_back_face { self.back_faces[triangle as usize] } else { triangle }
+    }
+
     /// The lightmap texel at a hit, on the side that was hit; [`NONE`] if that side has no light of its own.
     pub(crate) fn texel_of_hit(&self, hit: &Hit) -> u32 {
-        let face = if hit.is_back_face { self.back_faces[hit.triangle as usize] } else { hit.triangle };
+        let face = self.face_of(hit.triangle, hit.is_back_face);
         if face == NONE || self.face_charts[face as usize] == NONE {
             return NONE;
         }

@@ -17,15 +17,16 @@ use probelight_trace::{Progress, Ray, Tracer, direct_irradiance};
 use rayon::prelude::*;
 
 use crate::BakeError;
+use crate::air::Outpost;
 use crate::ground::Groundwork;
+use crate::ground::sample_point::SurfacePoint;
 use crate::light::LightSources;
 use crate::light::random_lights::{Lighting, draw_lightings, kind_weights};
 use crate::light::surfels::SurfelTree;
 use crate::steps::for_each_in_parallel;
 
-/// Rays per surfel for bounced light, light samples per surfel for direct light, and bounces.
+/// Rays per surfel for bounced light, and bounces.
 const RAYS: u32 = 64;
-const SAMPLES: usize = 4;
 const BOUNCES: usize = 4;
 
 /// The signals of a scene under each of many lightings. All lightings have the same mean surfel radiance, 1.
@@ -210,17 +211,17 @@ impl LitSurfel<'_> {
         let surfel_samples = input.sources.surfels.surfels[surfel];
         let samples = &input.sources.surfels.light_samples[surfel_samples.first_sample as usize..]
             [..surfel_samples.sample_count as usize];
-        let chosen: Vec<&LightSample> = samples.iter().step_by(samples.len().div_ceil(SAMPLES)).collect();
+        let points = input.sources.surfels.lit_points_of(surfel);
         let albedo =
             samples.iter().map(|s| albedo(&input.ground.tracer, s)).sum::<f32>() / samples.len() as f32;
         for (value, lighting) in unbounced.iter_mut().zip(lightings) {
-            *value = albedo * FRAC_1_PI * direct_irradiance_of(input, lighting, &chosen);
+            *value = albedo * FRAC_1_PI * direct_irradiance_of(input, lighting, points);
         }
         let bounces = Bounces { seen: Vec::new(), weight: albedo * FRAC_1_PI * PI / RAYS as f32 };
         let mut lit = LitSurfel { unbounced, bounces };
         for ray in 0..RAYS {
-            let sample = chosen[ray as usize % chosen.len()];
-            lit.follow_ray(input, lightings, sample, sobol_owen(ray, hash_pair(surfel as u32, 0x5e1f)));
+            let point = &points[ray as usize % points.len()];
+            lit.follow_ray(input, lightings, point, sobol_owen(ray, hash_pair(surfel as u32, 0x5e1f)));
         }
         if input.ground.settings.sky_degree.is_none() {
             lit.add_own_emission(input, lightings, samples);
@@ -229,10 +230,9 @@ impl LitSurfel<'_> {
     }
 
     /// Adds what one ray brings: the sky's or an emitter's light at once, a surfel's later.
-    fn follow_ray(&mut self, input: Input<'_>, lightings: &[Lighting], sample: &LightSample, u: Vec2) {
-        let normal = normal_of(&input.ground.tracer, sample);
+    fn follow_ray(&mut self, input: Input<'_>, lightings: &[Lighting], point: &SurfacePoint, u: Vec2) {
+        let Outpost { origin, normal } = point.outpost(&input.ground.tracer);
         let direction = world_from_tangent(normal) * cosine_hemisphere_from_square(u);
-        let origin = input.ground.tracer.off_surface(sample.position, normal);
         let Some(hit) = input.ground.tracer.closest_hit(&Ray::new(origin, direction)) else {
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
                 if let Lighting::Sky(sky) = lighting {
@@ -257,7 +257,7 @@ impl LitSurfel<'_> {
     /// Emission that the probes see, where emitters have no signals of their own.
     fn add_own_emission(&mut self, input: Input<'_>, lightings: &[Lighting], samples: &[LightSample]) {
         for sample in samples.iter().filter(|s| !s.is_back_face()) {
-            let signal = input.sources.emitters.signal_of_triangle(sample.triangle);
+            let signal = input.sources.emitters.signal_of_triangle(sample.triangle());
             for (value, lighting) in self.unbounced.iter_mut().zip(lightings) {
                 if matches!(lighting, Lighting::Emitter(e) if Some(*e) == signal) {
                     *value += 1.0 / samples.len() as f32;
@@ -267,22 +267,17 @@ impl LitSurfel<'_> {
     }
 }
 
-/// Mean irradiance of some light samples straight from a lighting, if it is analytic.
-fn direct_irradiance_of(input: Input<'_>, lighting: &Lighting, samples: &[&LightSample]) -> f32 {
+/// Mean irradiance of some points straight from a lighting, if it is analytic.
+fn direct_irradiance_of(input: Input<'_>, lighting: &Lighting, points: &[SurfacePoint]) -> f32 {
     let Lighting::Analytic(light) = lighting else { return 0.0 };
     let (tracer, lights) = (&input.ground.tracer, std::slice::from_ref(light));
-    let at = |s: &&LightSample| direct_irradiance(tracer, lights, s.position, normal_of(tracer, s)).x;
-    samples.iter().map(at).sum::<f32>() / samples.len() as f32
-}
-
-fn normal_of(tracer: &Tracer, sample: &LightSample) -> Vec3 {
-    tracer.side_normal(sample.triangle, sample.is_back_face())
+    let at = |p: &SurfacePoint| direct_irradiance(tracer, lights, p.position(tracer), p.normal(tracer)).x;
+    points.iter().map(at).sum::<f32>() / points.len() as f32
 }
 
 fn albedo(tracer: &Tracer, sample: &LightSample) -> f32 {
-    let factor = tracer.scene().material(sample.triangle as usize).base_color.truncate();
-    let [r, g, b, _] = sample.base_color_and_side;
-    luminance(factor * linear_from_srgb8([r, g, b]))
+    let factor = tracer.scene().material(sample.triangle() as usize).base_color.truncate();
+    luminance(factor * linear_from_srgb8(sample.base_color()))
 }
 
 /// The surfels' radiance per lighting, after some bounces.

@@ -2,15 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use probelight_asset::{LightSample, NONE, Surfel, SurfelGroup};
+use probelight_asset::{LightSample, LightmapFace, NONE, Surfel, SurfelGroup};
 use probelight_math::color::srgb8_from_linear;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_scene::Bounds;
-use probelight_trace::{Hit, Tracer};
 
-use crate::air::limits::HIDDEN_EXPOSURE;
+use crate::air::limits::{FULL_EXPOSURE, HIDDEN_EXPOSURE};
 use crate::ground::Groundwork;
-use crate::ground::atlas::Atlas;
+use crate::ground::atlas::barycentric_of;
 use crate::ground::receivers::Receiver;
 use crate::ground::sample_point::SurfacePoint;
 use crate::ground::site::Site;
@@ -27,6 +26,7 @@ impl SurfelTree {
         let builder = Builder::new(ground);
         let mut tree = Self {
             surfel_of_texel: vec![NONE; ground.atlas.width as usize * ground.atlas.height as usize],
+            first_lit_points: vec![0],
             ..Self::default()
         };
         let mut group_sizes = Vec::new();
@@ -38,27 +38,59 @@ impl SurfelTree {
         for [texel, source] in &ground.receivers.dilation {
             tree.surfel_of_texel[*texel as usize] = tree.surfel_of_texel[*source as usize];
         }
+        tree.measure_areas(ground);
         tree.light_samples.shrink_to_fit();
         tree.number_groups(group_sizes);
         tree
     }
 
+    /// Finds the surfels' areas: of all of their surface, hidden or not, which rays of lights may meet.
+    fn measure_areas(&mut self, ground: &Groundwork) {
+        let atlas = &ground.atlas;
+        let faces = (0u32..).zip(&atlas.faces).filter(|(face, _)| atlas.face_charts[*face as usize] != NONE);
+        for (number, face) in faces {
+            let triangle = atlas.face_triangles[number as usize] as usize;
+            let point =
+                ground.tracer.scene().area(triangle) / face.area() / AREA_POINTS_PER_EDGE.pow(2) as f32;
+            for (position, _) in face.points(AREA_POINTS_PER_EDGE) {
+                let surfel = self.surfel_of_texel(atlas.texel_at(position));
+                if let Some(surfel) = self.surfels.get_mut(surfel as usize) {
+                    surfel.area += point;
+                }
+            }
+        }
+        // Slivers fit between the points.
+        let least = (ground.settings.texels_per_meter * AREA_POINTS_PER_EDGE as f32).powi(-2);
+        for surfel in &mut self.surfels {
+            surfel.area = surfel.area.max(least);
+        }
+    }
+
     /// One surfel for each relight ray that hits a surface, as the paper has it; and the surfel of each ray.
     pub(crate) fn of_relight_hits(ground: &Groundwork) -> (Self, Vec<u32>) {
-        let Groundwork { directions, probes, .. } = ground;
-        let mut tree = Self::default();
+        let scene = ground.tracer.scene();
+        let mut tree = Self { first_lit_points: vec![0], ..Self::default() };
         let of_ray = ground
             .relight_hits
             .iter()
-            .enumerate()
-            .map(|(i, hit)| {
+            .map(|hit| {
                 let Some(hit) = hit else { return NONE };
-                let (probe, direction) =
-                    (probes.positions[i / directions.len()], directions[i % directions.len()]);
                 let first_sample = tree.light_samples.len() as u32;
-                let position = probe + direction * hit.distance;
-                tree.light_samples.push(light_sample_at(&ground.tracer, &ground.atlas, hit, position));
-                tree.surfels.push(Surfel { first_sample, sample_count: 1 });
+                let base_color = scene.base_color_texel(hit.triangle as usize, hit.barycentric).truncate();
+                tree.lit_points.push(SurfacePoint {
+                    triangle: hit.triangle,
+                    barycentric: hit.barycentric,
+                    is_back_face: hit.is_back_face,
+                    exposure: FULL_EXPOSURE,
+                });
+                tree.first_lit_points.push(tree.lit_points.len() as u32);
+                tree.light_samples.push(LightSample::new(
+                    hit.triangle,
+                    hit.is_back_face,
+                    hit.barycentric,
+                    srgb8_from_linear(base_color),
+                ));
+                tree.surfels.push(Surfel { first_sample, sample_count: 1, area: 0.0 });
                 first_sample
             })
             .collect();
@@ -85,6 +117,15 @@ impl SurfelTree {
         }
     }
 }
+
+/// Light samples keep this distance from the borders of their texel: what the rounding of their place may be, texels.
+const TEXEL_MARGIN: f32 = 0.05;
+
+/// Points of a surfel at which random lights are evaluated, at most.
+const LIT_POINTS: usize = 4;
+
+/// Points along the edge of a texel that measure areas.
+const AREA_POINTS_PER_EDGE: u32 = 8;
 
 /// A surfel or group while the number of surfels is not known yet.
 #[derive(Clone, Copy)]
@@ -200,13 +241,22 @@ impl<'a> Builder<'a> {
             points.iter().map(point)
         };
         let points: Vec<TexelPoint> = group.iter().flat_map(of_texel).collect();
-        self.add_samples(
-            keep_exposed(points, |p| p.point.exposure),
-            self.ground.settings.samples_per_surfel as usize,
-            tree,
-        );
+        let points = keep_exposed(points, |p| p.point.exposure);
+        let most = self.ground.settings.samples_per_surfel as usize;
+        let texels = points.chunk_by(|a, b| a.receiver == b.receiver);
+        if group.len() <= most {
+            // More samples than texels would learn nothing new of the lightmap's light, and these tell which surfel each
+            // texel belongs to.
+            tree.light_samples.extend(texels.map(|texel| self.light_sample(texel)));
+        } else {
+            for_each_part(points.clone(), most, &mut |part| tree.light_samples.push(self.light_sample(part)));
+        }
+        for_each_part(points, LIT_POINTS, &mut |part| {
+            tree.lit_points.extend(middle_of(part).map(|p| p.point));
+        });
+        tree.first_lit_points.push(tree.lit_points.len() as u32);
         let sample_count = tree.light_samples.len() as u32 - first_sample;
-        tree.surfels.push(Surfel { first_sample, sample_count });
+        tree.surfels.push(Surfel { first_sample, sample_count, area: 0.0 });
         tree.sizes.push(self.area(group));
         for receiver in group {
             tree.surfel_of_texel[self.receiver(*receiver).texel as usize] = surfel;
@@ -219,45 +269,69 @@ impl<'a> Builder<'a> {
         group.iter().flat_map(|r| self.ground.points.of(*r)).map(|point| u32::from(point.exposure)).sum()
     }
 
-    /// Divides a surfel's points into parts of equal exposed area, as many as it may have samples, and adds one
-    /// for each: the mean of the samples is what the surfel shows to others.
-    fn add_samples(&self, mut points: Vec<TexelPoint>, most: usize, tree: &mut SurfelTree) {
-        if most <= 1 || points.len() == 1 {
-            tree.light_samples.push(self.light_sample(&points));
-            return;
-        }
-        let size = Bounds::of(points.iter().map(|p| p.position)).size();
-        let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
-        let at = |p: &TexelPoint| p.position[axis];
-        points.sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.receiver.cmp(&b.receiver)));
-        let upper = points.split_off(points_within(&points, (most / 2) as f32 / most as f32));
-        if points.is_empty() {
-            return self.add_samples(upper, most - most / 2, tree);
-        }
-        self.add_samples(points, most / 2, tree);
-        self.add_samples(upper, most - most / 2, tree);
-    }
-
     /// The sample of a part: at its middle point, with the mean of the textures.
     fn light_sample(&self, part: &[TexelPoint]) -> LightSample {
         let count = part.len() as f32;
-        let middle = part.iter().map(|p| p.position).sum::<Vec3>() / count;
-        let distance = |p: &&TexelPoint| p.position.distance_squared(middle);
-        let nearest = part.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let TexelPoint { receiver, point, position } = nearest.copied().unwrap_or(part[0]);
-        let (receiver, scene) = (self.receiver(receiver), self.ground.tracer.scene());
-        let mean = |texel: &dyn Fn(usize, Vec2) -> Vec3| {
-            part.iter().map(|p| texel(p.point.triangle as usize, p.point.barycentric)).sum::<Vec3>() / count
+        let scene = self.ground.tracer.scene();
+        let base_color = |p: &TexelPoint| {
+            scene.base_color_texel(p.point.triangle as usize, p.point.barycentric).truncate()
         };
-        sample_with_texels(
-            position,
-            point.triangle,
-            receiver.texel,
-            receiver.is_back_face,
-            mean(&|triangle, at| scene.base_color_texel(triangle, at).truncate()),
-            mean(&|triangle, at| scene.emission_texel(triangle, at)),
-        )
+        let mean = part.iter().map(base_color).sum::<Vec3>() / count;
+        let color = srgb8_from_linear(mean);
+        let sample = |p: &TexelPoint| {
+            let SurfacePoint { triangle, is_back_face, .. } = p.point;
+            let weights = self.within_texel(&p.point, self.receiver(p.receiver).texel);
+            LightSample::new(triangle, is_back_face, weights, color)
+        };
+        let is_in_its_texel = |p: &&TexelPoint| {
+            let (atlas, sample) = (&self.ground.atlas, sample(p));
+            let face = &atlas.faces[atlas.face_of(sample.triangle(), sample.is_back_face()) as usize];
+            atlas.texel_at(face.position(sample.barycentric())) == self.receiver(p.receiver).texel
+        };
+        // What is left of a chart in a texel may be narrower than the rounding of places.
+        let inside: Vec<TexelPoint> = part.iter().filter(is_in_its_texel).copied().collect();
+        let found = middle_of(&inside).or_else(|| middle_of(part));
+        sample(&found.unwrap_or(part[0]))
     }
+
+    /// Barycentric weights of a point, moved into its texel: points are pulled off the edges of large triangles by more
+    /// than what of a texel at a chart's border is covered.
+    fn within_texel(&self, point: &SurfacePoint, texel: u32) -> Vec2 {
+        let atlas = &self.ground.atlas;
+        let corners = atlas.faces[atlas.face_of(point.triangle, point.is_back_face) as usize].corners;
+        let corner = Vec2::new((texel % atlas.width) as f32, (texel / atlas.width) as f32);
+        let position = LightmapFace { corners }.position(point.barycentric);
+        let inside = position.clamp(corner + TEXEL_MARGIN, corner + 1.0 - TEXEL_MARGIN);
+        if inside == position {
+            return point.barycentric;
+        }
+        let weights = barycentric_of(inside, corners).max(Vec2::ZERO);
+        weights / weights.element_sum().max(1.0)
+    }
+}
+
+/// Divides a surfel's points into parts of equal exposed area, at most so many: the mean over them is what the surfel shows
+/// to others.
+fn for_each_part(mut points: Vec<TexelPoint>, most: usize, found: &mut impl FnMut(&[TexelPoint])) {
+    if most <= 1 || points.len() == 1 {
+        return found(&points);
+    }
+    let size = Bounds::of(points.iter().map(|p| p.position)).size();
+    let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
+    let at = |p: &TexelPoint| p.position[axis];
+    points.sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.receiver.cmp(&b.receiver)));
+    let upper = points.split_off(points_within(&points, (most / 2) as f32 / most as f32));
+    if !points.is_empty() {
+        for_each_part(points, most / 2, found);
+    }
+    for_each_part(upper, most - most / 2, found);
+}
+
+/// The point nearest to the middle of some.
+fn middle_of(points: &[TexelPoint]) -> Option<TexelPoint> {
+    let middle = points.iter().map(|p| p.position).sum::<Vec3>() / points.len().max(1) as f32;
+    let distance = |p: &TexelPoint| p.position.distance_squared(middle);
+    points.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
 }
 
 /// How many of the first points have at most that share of the exposure of all.
@@ -270,33 +344,4 @@ fn points_within(points: &[TexelPoint], share: f32) -> usize {
         sum as f32 <= wanted
     };
     points.iter().take_while(is_within).count()
-}
-
-/// The light sample where a ray hits.
-fn light_sample_at(tracer: &Tracer, atlas: &Atlas, hit: &Hit, position: Vec3) -> LightSample {
-    let scene = tracer.scene();
-    let triangle = hit.triangle as usize;
-    let base_color = scene.base_color_texel(triangle, hit.barycentric).truncate();
-    let emission = scene.emission_texel(triangle, hit.barycentric);
-    let texel = atlas.texel_of_hit(hit);
-    sample_with_texels(position, hit.triangle, texel, hit.is_back_face, base_color, emission)
-}
-
-fn sample_with_texels(
-    position: Vec3,
-    triangle: u32,
-    texel: u32,
-    is_back_face: bool,
-    base_color: Vec3,
-    emission: Vec3,
-) -> LightSample {
-    let [r, g, b] = srgb8_from_linear(base_color);
-    let [er, eg, eb] = srgb8_from_linear(emission);
-    LightSample {
-        position,
-        triangle,
-        texel,
-        base_color_and_side: [r, g, b, u8::from(is_back_face)],
-        emission_texel: [er, eg, eb, 0],
-    }
 }

@@ -7,12 +7,17 @@ use probelight_asset::{LightSample, NONE, Surfel, SurfelGroup};
 use probelight_trace::Hit;
 
 use crate::ground::atlas::Atlas;
+use crate::ground::sample_point::SurfacePoint;
 
 /// The surfels of a scene and the groups above them, in the asset's numbering.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SurfelTree {
     pub(crate) light_samples: Vec<LightSample>,
     pub(crate) surfels: Vec<Surfel>,
+    /// Points of each surfel for equal parts of its exposed area, at which random lights are evaluated.
+    pub(crate) lit_points: Vec<SurfacePoint>,
+    /// First of each surfel's points, and the end of the last one's.
+    pub(crate) first_lit_points: Vec<u32>,
     pub(crate) groups: Vec<SurfelGroup>,
     /// Exposed areas of the surfels, then of the groups, up to a common factor.
     pub(crate) sizes: Vec<u32>,
@@ -25,6 +30,11 @@ pub(crate) struct SurfelTree {
 }
 
 impl SurfelTree {
+    /// The points of a surfel at which random lights are evaluated; at least one.
+    pub(crate) fn lit_points_of(&self, surfel: usize) -> &[SurfacePoint] {
+        &self.lit_points[self.first_lit_points[surfel] as usize..self.first_lit_points[surfel + 1] as usize]
+    }
+
     /// Number of surfels and groups.
     pub(crate) fn patches(&self) -> usize {
         self.surfels.len() + self.groups.len()
@@ -124,14 +134,22 @@ mod tests {
         let scene = SmallScene::load("cornell.glb");
         let tree = &scene.light.sources.surfels;
         let most = scene.ground.settings.samples_per_surfel;
+        let mut strays = 0;
         for ((s, surfel), members) in tree.surfels.iter().enumerate().zip(receivers_by_surfel(&scene)) {
             let points: usize = members.iter().map(|r| scene.ground.points.of(*r as u32).len()).sum();
             let count = surfel.sample_count;
-            assert!(count <= most && count as usize <= points && 2 * count >= most.min(points as u32));
+            let most = most.min(members.len() as u32);
+            assert!(count <= most && 2 * count >= most.min(points as u32));
             let samples = &tree.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize];
-            let surfel_of = |sample: &LightSample| tree.surfel_of_texel[sample.texel as usize];
-            assert!(samples.iter().all(|sample| surfel_of(sample) == s as u32));
+            let surfel_of = |sample: &LightSample| {
+                let face = scene.ground.atlas.face_of(sample.triangle(), sample.is_back_face());
+                let position = scene.ground.atlas.faces[face as usize].position(sample.barycentric());
+                tree.surfel_of_texel(scene.ground.atlas.texel_at(position))
+            };
+            strays += samples.iter().filter(|sample| surfel_of(sample) != s as u32).count();
         }
+        // Slivers of charts, which reach into a texel by next to nothing: many in a scene as coarse as this.
+        assert!(strays * 10 < tree.light_samples.len(), "{strays} of {}", tree.light_samples.len());
         let used: u32 = tree.surfels.iter().map(|surfel| surfel.sample_count).sum();
         assert_eq!(used as usize, tree.light_samples.len());
     }
@@ -141,10 +159,14 @@ mod tests {
         // The lamp's panel hangs five millimetres below the ceiling.
         let scene = SmallScene::load("cornell_empty.glb");
         let tree = &scene.light.sources.surfels;
-        let on_ceiling = |sample: &&LightSample| sample.position.y > 5.487;
+        let position = |sample: &LightSample| {
+            scene.ground.tracer.scene().position(sample.triangle() as usize, sample.barycentric())
+        };
+        let on_ceiling = |sample: &&LightSample| position(sample).y > 5.487;
         let samples_within = |margin: f32| {
             let distance = |sample: &LightSample| {
-                let offset = (sample.position - Vec3::new(2.78, 0.0, 2.8)).abs() - Vec3::new(0.65, 0.0, 0.53);
+                let offset =
+                    (position(sample) - Vec3::new(2.78, 0.0, 2.8)).abs() - Vec3::new(0.65, 0.0, 0.53);
                 offset.x.max(offset.z)
             };
             let ceiling = tree.light_samples.iter().filter(on_ceiling);

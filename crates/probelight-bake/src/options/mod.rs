@@ -38,7 +38,7 @@ pub struct BakeOptions {
     /// Width of the surfels, metres. Default: a share of the scene's typical free distance, but not below
     /// two and a half texels.
     pub surfel_size: Option<f32>,
-    /// Most light samples per surfel. Default 16.
+    /// Most light samples per surfel, of one for each of its texels. Default 16.
     pub samples_per_surfel: Option<u32>,
     /// Distance from a receiver beyond which it takes light from probes, not from surfels. Default: eight
     /// surfel widths.

@@ -48,17 +48,9 @@ impl Markers {
     pub(super) fn light_samples(device: &wgpu::Device, baked: &BakedScene) -> Result<Self, GpuError> {
         let surfels = (0..).zip(&baked.surfels);
         let of_surfel = |(number, surfel): (u32, &probelight_asset::Surfel)| {
-            let first = surfel.first_sample as usize;
-            let samples = baked.light_samples[first..first + surfel.sample_count as usize].iter();
-            samples.map(move |sample| {
-                let front = baked.scene.geometric_normal(sample.triangle as usize);
-                let is_back = sample.is_back_face();
-                MarkerRecord {
-                    position: sample.position.to_array(),
-                    signal: number,
-                    normal: if is_back { -front } else { front }.to_array(),
-                    degree: 0,
-                }
+            baked.samples_of(surfel).iter().map(move |sample| {
+                let (position, normal) = baked.place_of(sample);
+                MarkerRecord { position: position.into(), signal: number, normal: normal.into(), degree: 0 }
             })
         };
         let records: Vec<_> = surfels.flat_map(of_surfel).collect();

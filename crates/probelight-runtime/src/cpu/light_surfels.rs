@@ -1,11 +1,11 @@
 //! Stage 1: the scalar signals: radiance of surfels, surfel groups and emitters, coefficients of the sky.
 //!
-//! A surfel's radiance is the mean of its samples' `L = Le + ρ/π · (E_direct + E_lightmap)`: emission of front
-//! faces, and the light that the sample's side reflects. `E_lightmap` is last frame's lightmap, which holds
-//! everything that arrives by way of the signals. Where emitters have signals of their own, surfels leave Le out.
+//! A surfel's radiance is `Le + ρ/π · (E_direct + E_lightmap)`: emission of front faces, direct light by the mean
+//! reflectance of its samples, and what each sample reflects of last frame's lightmap, which holds everything that arrives
+//! by way of the signals. Where emitters have signals of their own, surfels leave Le out.
 //!
-//! What changes rarely is kept: shadow rays are only traced when a light changed or an object moved, the terms
-//! without feedback are only evaluated then or when a material changed. Every frame then is one multiplication per sample.
+//! What changes rarely is kept: rays of lights are only traced when one moved, the terms without feedback are only
+//! evaluated then or when a material changed. Every frame then is one multiplication per sample.
 //! Feedback is clamped at zero, because truncated matrices can yield slightly negative irradiance and no
 //! surface reflects that.
 
@@ -16,16 +16,15 @@ use probelight_asset::{BakedScene, LightSample, Surfel, SurfelGroup};
 use probelight_math::color::linear_from_srgb;
 use probelight_math::glam::Vec3;
 use probelight_scene::{Light, Lighting, Sky};
-use probelight_trace::{Tracer, World, direct_irradiance, shadow_ray};
+use probelight_trace::World;
 use rayon::prelude::*;
 
+use super::direct_light::DirectLight;
 use crate::IrradianceLightmap;
 use crate::frame::BLOCK;
+use crate::shadow_turns::ShadowWork;
 use crate::sky_signals::SkyProjection;
 use crate::surface_colors::{SurfaceColors, emitter_radiance, has_emitter};
-
-/// Samples a task works through.
-const SAMPLES_PER_TASK: usize = 2048;
 
 /// Surfels a task works through.
 const SURFELS_PER_TASK: usize = 512;
@@ -33,16 +32,15 @@ const SURFELS_PER_TASK: usize = 512;
 /// All scalar signals, and the parts of them that outlast a frame.
 #[derive(Clone, Debug)]
 pub struct ScalarSignals {
-    /// Irradiance of the analytic lights at each sample, W/m², as if nothing moved through the scene.
-    unshadowed: Vec<Vec3>,
-    /// The same in the shadows of objects.
-    direct: Vec<Vec3>,
-    /// Radiance of each sample without feedback: emission and reflected direct light.
-    unbounced: Vec<Vec3>,
+    direct: DirectLight,
+    /// Mean radiance that each surfel emits, W·m⁻²·sr⁻¹.
+    emitted: Vec<Vec3>,
+    /// Mean ρ/π of each surfel.
+    reflectance: Vec<Vec3>,
     /// What each sample reflects of last frame's light.
     feedback: Vec<Feedback>,
-    /// Mean of each surfel's `unbounced`.
-    unbounced_means: Vec<Vec3>,
+    /// Radiance of each surfel without feedback: emission and reflected direct light.
+    unbounced: Vec<Vec3>,
     /// Whether emitters carry the emission of a material.
     has_emitter: Vec<bool>,
     sky: SkyProjection,
@@ -63,14 +61,15 @@ struct Feedback {
 impl ScalarSignals {
     /// Darkness for a baked scene.
     pub fn new(baked: &BakedScene) -> Self {
-        let dark = vec![Vec3::ZERO; baked.light_samples.len()];
-        let feedback = |sample: &LightSample| Feedback { texel: sample.texel, ..Feedback::default() };
+        let dark = vec![Vec3::ZERO; baked.surfels.len()];
+        let feedback =
+            |sample: &LightSample| Feedback { texel: baked.texel_of(sample), ..Feedback::default() };
         Self {
-            unshadowed: dark.clone(),
-            direct: dark.clone(),
+            direct: DirectLight::new(baked),
+            emitted: dark.clone(),
+            reflectance: dark.clone(),
             unbounced: dark,
             feedback: baked.light_samples.iter().map(feedback).collect(),
-            unbounced_means: vec![Vec3::ZERO; baked.surfels.len()],
             has_emitter: has_emitter(baked),
             sky: SkyProjection::new(baked),
             values: vec![Vec3::ZERO; baked.scalar_signals()],
@@ -83,84 +82,56 @@ impl ScalarSignals {
         &self.values
     }
 
-    /// Traces shadow rays against what stands still, for the samples whose turn it is. Needed when a light changed, before
-    /// [`cast_object_shadows`](Self::cast_object_shadows).
-    pub fn trace_direct(&mut self, baked: &BakedScene, tracer: &Tracer, lights: &[Light], turn: SampleTurn) {
-        for_each_sample(&mut self.unshadowed, baked, tracer, turn, |direct, position, normal| {
-            *direct = direct_irradiance(tracer, lights, position, normal);
-        });
+    /// Irradiance of the surfels straight from the analytic lights, W/m².
+    pub fn direct_irradiance(&self) -> &[Vec3] {
+        self.direct.irradiance()
     }
 
-    /// Traces shadow rays against objects: direct irradiance of the samples whose turn it is. Needed when a light changed or
-    /// an object moved.
-    pub fn cast_object_shadows(
+    /// Finds the surfels' direct light, of the rays whose turn it is. Needed when a light changed or an object moved.
+    pub fn light_directly(
         &mut self,
         baked: &BakedScene,
         world: World<'_>,
         lights: &[Light],
-        turn: SampleTurn,
+        work: ShadowWork,
     ) {
-        for index in turn.samples(self.direct.len()) {
-            self.direct[index] = self.unshadowed[index];
-        }
-        if world.objects.is_empty() {
-            return;
-        }
-        let offset = world.tracer.offset();
-        for_each_sample(&mut self.direct, baked, world.tracer, turn, |direct, position, normal| {
-            let is_hidden = |light: &Light| {
-                let arriving = light.illuminate(position).filter(|it| it.to_light.dot(normal) > 0.0);
-                arriving.is_some_and(|arriving| {
-                    world.is_object_in_the_way(&shadow_ray(position, normal, &arriving, offset))
-                })
-            };
-            if *direct != Vec3::ZERO && lights.iter().any(is_hidden) {
-                *direct = direct_irradiance(&world, lights, position, normal);
-            }
-        });
+        self.direct.light(baked, world, lights, work);
     }
 
-    /// Evaluates what does not depend on feedback, but for the sky. Needed when a light or a material changed.
-    pub fn shade(&mut self, baked: &BakedScene, lighting: &Lighting, colors: &[SurfaceColors]) {
-        self.shade_samples(baked, lighting, colors);
-        let unbounced = &self.unbounced;
-        self.unbounced_means
-            .par_chunks_mut(SURFELS_PER_TASK)
-            .zip(baked.surfels.par_chunks(SURFELS_PER_TASK))
-            .for_each(|(means, surfels)| {
-                for (mean, surfel) in means.iter_mut().zip(surfels) {
-                    let samples = &unbounced[samples_of(surfel)];
-                    *mean = samples.iter().sum::<Vec3>() / samples.len() as f32;
+    /// Evaluates what surfels emit and how they reflect. Needed when a material or the emissive scale changed, before
+    /// [`shade`](Self::shade).
+    pub fn color(&mut self, baked: &BakedScene, lighting: &Lighting, colors: &[SurfaceColors]) {
+        let (has_emitter, decode) = (&self.has_emitter, &self.linear_from_srgb);
+        let surfels = self.emitted.iter_mut().zip(&mut self.reflectance).zip(&baked.surfels);
+        for ((emitted, reflectance), surfel) in surfels {
+            (*emitted, *reflectance) = (Vec3::ZERO, Vec3::ZERO);
+            let share = (surfel.sample_count as f32).recip();
+            for (sample, feedback) in
+                baked.samples_of(surfel).iter().zip(&mut self.feedback[samples_of(surfel)])
+            {
+                let triangle = sample.triangle() as usize;
+                let material = baked.scene.triangle_material[triangle] as usize;
+                let texel = Vec3::from(sample.base_color().map(|code| decode[usize::from(code)]));
+                feedback.reflectance = colors[material].base_color * texel * FRAC_1_PI;
+                *reflectance += share * feedback.reflectance;
+                if !sample.is_back_face() && !has_emitter[material] && colors[material].emission != Vec3::ZERO
+                {
+                    let texel = baked.scene.emission_texel(triangle, sample.barycentric());
+                    *emitted += share * lighting.emissive_scale * colors[material].emission * texel;
                 }
-            });
+            }
+        }
         for (value, emitter) in self.values[baked.first_emitter_signal()..].iter_mut().zip(&baked.emitters) {
             *value = emitter_radiance(emitter, lighting, colors);
         }
     }
 
-    fn shade_samples(&mut self, baked: &BakedScene, lighting: &Lighting, colors: &[SurfaceColors]) {
-        let (has_emitter, decode) = (&self.has_emitter, &self.linear_from_srgb);
-        let texel = |[r, g, b, _]: [u8; 4]| Vec3::from([r, g, b].map(|code| decode[usize::from(code)]));
-        self.unbounced
-            .par_chunks_mut(SAMPLES_PER_TASK)
-            .zip(self.feedback.par_chunks_mut(SAMPLES_PER_TASK))
-            .zip(
-                self.direct
-                    .par_chunks(SAMPLES_PER_TASK)
-                    .zip(baked.light_samples.par_chunks(SAMPLES_PER_TASK)),
-            )
-            .for_each(|((unbounced, feedback), (direct, samples))| {
-                for (i, sample) in samples.iter().enumerate() {
-                    let material = baked.scene.triangle_material[sample.triangle as usize] as usize;
-                    let reflectance =
-                        colors[material].base_color * texel(sample.base_color_and_side) * FRAC_1_PI;
-                    let shines = !sample.is_back_face() && !has_emitter[material];
-                    let scale = if shines { lighting.emissive_scale } else { 0.0 };
-                    let emitted = colors[material].emission * texel(sample.emission_texel) * scale;
-                    unbounced[i] = emitted + reflectance * direct[i];
-                    feedback[i].reflectance = reflectance;
-                }
-            });
+    /// Evaluates the radiance of surfels without feedback. Needed when a light, an object or a material changed.
+    pub fn shade(&mut self) {
+        let surfels = self.emitted.iter().zip(&self.reflectance).zip(self.direct.irradiance());
+        for (unbounced, ((emitted, reflectance), irradiance)) in self.unbounced.iter_mut().zip(surfels) {
+            *unbounced = *emitted + *reflectance * *irradiance;
+        }
     }
 
     /// Evaluates the sky's signals. Needed when the sky changed.
@@ -170,7 +141,7 @@ impl ScalarSignals {
 
     /// Evaluates the radiance of all surfels and groups with last frame's lightmap as feedback.
     pub fn light_surfels(&mut self, baked: &BakedScene, lightmap: &IrradianceLightmap) {
-        let (feedback, means) = (&self.feedback, &self.unbounced_means);
+        let (feedback, means) = (&self.feedback, &self.unbounced);
         self.values[..baked.surfels.len()]
             .par_chunks_mut(SURFELS_PER_TASK)
             .zip(means.par_chunks(SURFELS_PER_TASK).zip(baked.surfels.par_chunks(SURFELS_PER_TASK)))
@@ -197,7 +168,7 @@ impl ScalarSignals {
         if !is_dirty.contains(&true) {
             return;
         }
-        let (feedback, means) = (&self.feedback, &self.unbounced_means);
+        let (feedback, means) = (&self.feedback, &self.unbounced);
         let blocks =
             self.values[..baked.surfels.len()].par_chunks_mut(BLOCK).zip(baked.surfels.par_chunks(BLOCK));
         let blocks = blocks.zip(means.par_chunks(BLOCK)).zip(is_dirty).zip(&mut *changes);
@@ -239,46 +210,6 @@ impl Feedback {
         let irradiance = lightmap.texels.get(self.texel as usize).copied().unwrap_or(Vec3::ZERO);
         self.reflectance * irradiance.max(Vec3::ZERO)
     }
-}
-
-/// Which light samples have their turn in a frame: every n-th, so that each surfel has some.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SampleTurn {
-    /// Number of the turn, below `turns`.
-    pub turn: usize,
-    /// Turns until all samples have had theirs, at least one.
-    pub turns: usize,
-}
-
-impl SampleTurn {
-    /// All samples.
-    pub const ALL: Self = Self { turn: 0, turns: 1 };
-
-    /// Numbers of the samples.
-    fn samples(self, count: usize) -> impl Iterator<Item = usize> {
-        (self.turn..count).step_by(self.turns)
-    }
-}
-
-/// Changes a value of each light sample whose turn it is by its position and the normal on its side.
-fn for_each_sample(
-    values: &mut [Vec3],
-    baked: &BakedScene,
-    tracer: &Tracer,
-    turn: SampleTurn,
-    change: impl Fn(&mut Vec3, Vec3, Vec3) + Sync,
-) {
-    // Tasks begin with a turn of their own.
-    let per_task = SAMPLES_PER_TASK.next_multiple_of(turn.turns);
-    values.par_chunks_mut(per_task).zip(baked.light_samples.par_chunks(per_task)).for_each(
-        |(values, samples)| {
-            for index in turn.samples(samples.len()) {
-                let sample = &samples[index];
-                let normal = tracer.side_normal(sample.triangle, sample.is_back_face());
-                change(&mut values[index], sample.position, normal);
-            }
-        },
-    );
 }
 
 fn samples_of(surfel: &Surfel) -> Range<usize> {

@@ -7,19 +7,23 @@ mod blend_borders;
 mod choose_work;
 mod clusters_in_parallel;
 pub mod dilate_lightmap;
+mod direct_light;
 pub mod gather_receivers;
+mod light_rays;
 pub mod light_surfels;
+mod lit_surfels;
 mod padded_end;
 mod per_thread;
 pub mod project_clusters;
 pub mod relight_probes;
 mod scatter;
+mod share_flux;
 mod unpack;
 
 pub(crate) use choose_work::ChooseWork;
 pub use dilate_lightmap::Dilation;
 pub use gather_receivers::ReceiverIrradiance;
-pub use light_surfels::{SampleTurn, ScalarSignals};
+pub use light_surfels::ScalarSignals;
 pub use project_clusters::ClusterCoefficients;
 pub use relight_probes::ProbeRadiance;
 

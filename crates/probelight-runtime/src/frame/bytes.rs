@@ -1,6 +1,6 @@
 //! How many bytes the stages of a frame move.
 
-use probelight_asset::{BakedScene, Cluster, LightSample, Surfel};
+use probelight_asset::{BakedScene, Cluster, Surfel};
 use probelight_math::glam::Vec3;
 
 use super::plan::{ClusterExtent, FramePlan, receiver_basis_bytes, signal_basis_bytes};
@@ -25,7 +25,7 @@ pub(crate) struct Held {
 }
 
 /// Bytes that each stage of a frame on the CPU must move if it reads each of its inputs once and writes each of its outputs
-/// once. Shadow rays are not counted, direct light and shading only if `lights_move`.
+/// once. Rays of lights are not counted, direct light and shading only if `lights_move`.
 pub fn stage_bytes(baked: &BakedScene, plan: &FramePlan, lights_move: bool) -> PerStage<u64> {
     let samples = baked.light_samples.len() as u64;
     let surfels = baked.surfels.len() as u64;
@@ -33,8 +33,8 @@ pub fn stage_bytes(baked: &BakedScene, plan: &FramePlan, lights_move: bool) -> P
     let held = Held {
         // Per sample a reflectance and a texel, per surfel its kept mean besides its range.
         feedback: samples * (RGB + 4) + surfels * (size_of::<Surfel>() as u64 + RGB) + groups,
-        // The samples, their direct light, written and read, and what shading leaves behind.
-        shading: samples * (size_of::<LightSample>() as u64 + 4 * RGB) + RGB * surfels,
+        // Per surfel its direct light, written and read, what it emits and reflects, and what shading leaves behind.
+        shading: 5 * RGB * surfels,
         column_numbers: [4.0, 4.0 / baked.coefficients() as f64],
         texel: RGB,
         reduction: 0,

@@ -207,10 +207,8 @@ fn reflected(baked: &BakedScene, blocks: usize) -> Lists<u32> {
     let (receivers, clusters) = (baked.receivers_of_texels(), baked.clusters_of_receivers());
     let mut lists = vec![Vec::new(); blocks];
     for (list, surfels) in lists.iter_mut().zip(baked.surfels.chunks(BLOCK)) {
-        let samples = surfels.iter().flat_map(|surfel| {
-            &baked.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize]
-        });
-        let met = samples.filter_map(|sample| receivers.get(sample.texel as usize));
+        let samples = surfels.iter().flat_map(|surfel| baked.samples_of(surfel));
+        let met = samples.filter_map(|sample| receivers.get(baked.texel_of(sample) as usize));
         list.extend(met.filter(|receiver| **receiver != NONE).map(|receiver| clusters[*receiver as usize]));
         list.sort_unstable();
         list.dedup();

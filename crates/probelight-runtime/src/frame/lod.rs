@@ -22,8 +22,8 @@ pub struct LodSettings {
     /// Share of a level's distance over which, before it begins, the singular values fade out that it does not have. Without
     /// it they would pop.
     pub fade: f32,
-    /// Frames in which the light samples of surfels have their turns when a light or an object moves; with 1, all have theirs
-    /// at once. Shadow rays are most of a frame on the CPU then. GPUs look into shadow maps instead, all at once.
+    /// Frames in which the rays of a light have their turns when it or an object moves; with 1, all have theirs at once. GPUs
+    /// look into shadow maps instead, all at once.
     pub shadow_turns: u32,
     /// Which changes of light are computed, and when.
     pub changes: LodChanges,
@@ -130,7 +130,7 @@ impl LodSettings {
             return refuse("the shift by support radii must be finite and not negative");
         }
         if self.shadow_turns == 0 {
-            return refuse("light samples have their turns in at least one frame");
+            return refuse("rays of lights have their turns in at least one frame");
         }
         if !(0.0..=1.0).contains(&self.fade) {
             return refuse("fading takes a share of a level's distance, 0 to 1");

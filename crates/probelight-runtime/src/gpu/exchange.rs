@@ -82,19 +82,15 @@ impl GpuRuntime {
         Ok(parts.collect::<Result<Vec<_>, _>>()?.concat())
     }
 
-    /// Irradiance of the analytic lights at each light sample, W/m², as of the last frame.
+    /// Irradiance of the analytic lights on each surfel, W/m², as of the last frame.
     ///
     /// # Errors
     /// [`GpuError::Lost`] if the GPU does not answer.
     #[cfg(feature = "blocking")]
     pub fn read_direct(&self) -> Result<Vec<Vec3>, GpuError> {
-        let mut direct = vec![Vec3::ZERO; self.baked.light_samples.len()];
-        for (samples, buffer) in self.stages.light_surfels.direct() {
-            for (sample, value) in samples.iter().zip(self.wait_for_rgb(buffer, samples.len())?) {
-                direct[*sample as usize] = value;
-            }
-        }
-        Ok(direct)
+        let parts = self.stages.light_surfels.direct();
+        let parts = parts.map(|(surfels, buffer)| self.wait_for_rgb(buffer, surfels.len()));
+        Ok(parts.collect::<Result<Vec<_>, _>>()?.concat())
     }
 
     /// What the last frame computed of each cluster: of the [plan](Self::plan) what did not wait.
@@ -126,12 +122,11 @@ impl GpuRuntime {
         }
     }
 
-    /// Replaces the irradiance of the analytic lights at the light samples until a light changes. It takes effect
-    /// with the next change of a colour.
+    /// Replaces the irradiance of the analytic lights on the surfels until a light changes. It takes effect with the next
+    /// change of a colour.
     pub fn write_direct(&self, direct: &[Vec3]) {
-        for (samples, buffer) in self.stages.light_surfels.direct() {
-            let sorted: Vec<Vec3> = samples.iter().map(|sample| direct[*sample as usize]).collect();
-            self.queue.write_buffer(buffer, 0, cast_slice(&sorted));
+        for (surfels, buffer) in self.stages.light_surfels.direct() {
+            self.queue.write_buffer(buffer, 0, cast_slice(&direct[surfels]));
         }
     }
 

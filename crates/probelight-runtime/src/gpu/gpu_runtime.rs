@@ -293,7 +293,7 @@ impl GpuRuntime {
                     work.find_dirty_blocks(pass);
                 }
                 if stale.direct {
-                    stages.light_surfels.light_samples(pass, self.shadow_maps.bind_group());
+                    stages.light_surfels.light_directly(pass, self.shadow_maps.bind_group());
                 }
                 if stale.shading {
                     stages.light_surfels.shade(pass);

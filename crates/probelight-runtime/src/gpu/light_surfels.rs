@@ -3,6 +3,8 @@
 //! Direct light and shading are kept from frame to frame as on the CPU. What is tiny, the signals of emitters and
 //! of the sky, the CPU computes when it changes.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 use probelight_asset::BakedScene;
 use probelight_math::color::linear_from_srgb;
@@ -12,7 +14,7 @@ use probelight_scene::{Lighting, Sky};
 use super::device::GpuError;
 use super::frame_buffers::{FrameBuffers, RGB_BYTES};
 use super::kernel::{Kernel, whole};
-use super::stage_shaders::{LIGHT_SAMPLES, LIGHT_SURFELS, SHADE_SURFELS};
+use super::stage_shaders::{LIGHT_DIRECTLY, LIGHT_SURFELS, SHADE_SURFELS};
 use super::storage::Storage;
 use super::surfel_groups::SurfelGroups;
 use super::surfel_shards::{SurfelShard, surfel_shards};
@@ -35,7 +37,7 @@ pub(super) struct MaterialColors {
 /// Lights the surfels.
 #[derive(Debug)]
 pub(super) struct LightSurfels {
-    light_samples: Kernel,
+    light_directly: Kernel,
     shade_surfels: Kernel,
     light_surfels: Kernel,
     groups: SurfelGroups,
@@ -49,7 +51,7 @@ pub(super) struct LightSurfels {
 #[derive(Debug)]
 struct Shard {
     data: SurfelShard,
-    places: wgpu::BindGroup,
+    points: wgpu::BindGroup,
     shading: wgpu::BindGroup,
     feedback: wgpu::BindGroup,
 }
@@ -63,8 +65,8 @@ impl LightSurfels {
         visibility: &wgpu::BindGroupLayout,
     ) -> Result<Self, GpuError> {
         let device = storage.device;
-        let places = places_layout(device);
-        let light_samples = Kernel::new(device, &LIGHT_SAMPLES, Some(&[visibility, &places]));
+        let points = points_layout(device);
+        let light_directly = Kernel::new(device, &LIGHT_DIRECTLY, Some(&[visibility, &points]));
         let shade_surfels = Kernel::new(device, &SHADE_SURFELS, None);
         let light_surfels = Kernel::new(device, &LIGHT_SURFELS, None);
         let decode: [f32; 256] = std::array::from_fn(|code| linear_from_srgb(code as f32 / 255.0));
@@ -79,7 +81,11 @@ impl LightSurfels {
             let feedback =
                 [&feedback[..], &[&buffers.irradiance, &buffers.signals, &buffers.work.dirty]].concat();
             Shard {
-                places: light_samples.bind(device, 1, &whole(&[&data.places, &data.direct])),
+                points: light_directly.bind(
+                    device,
+                    1,
+                    &whole(&[&data.first_points, &data.points, &data.direct]),
+                ),
                 shading: shade_surfels.bind(device, 0, &whole(&shading)),
                 feedback: light_surfels.bind(device, 0, &whole(&feedback)),
                 data,
@@ -88,7 +94,7 @@ impl LightSurfels {
         let shards = surfel_shards(storage, baked)?.into_iter().map(bind).collect();
         let groups = SurfelGroups::new(storage, baked, buffers)?;
         let (has_emitter, sky) = (has_emitter(baked), SkyProjection::new(baked));
-        Ok(Self { light_samples, shade_surfels, light_surfels, groups, shards, materials, sky, has_emitter })
+        Ok(Self { light_directly, shade_surfels, light_surfels, groups, shards, materials, sky, has_emitter })
     }
 
     /// Uploads the colours of materials and the signals of emitters.
@@ -126,11 +132,11 @@ impl LightSurfels {
         queue.write_buffer(&buffers.signals, offset, bytemuck::cast_slice(&signals));
     }
 
-    /// Evaluates direct light at all samples. Needed when a light changed.
-    pub(super) fn light_samples(&self, pass: &mut wgpu::ComputePass, visibility: &wgpu::BindGroup) {
+    /// Finds the direct light of all surfels. Needed when a light changed.
+    pub(super) fn light_directly(&self, pass: &mut wgpu::ComputePass, visibility: &wgpu::BindGroup) {
         for shard in &self.shards {
-            let workgroups = shard.data.sample_order.len().div_ceil(WORKGROUP);
-            self.light_samples.run(pass, &[visibility, &shard.places], workgroups);
+            let workgroups = shard.data.surfels.len().div_ceil(WORKGROUP);
+            self.light_directly.run(pass, &[visibility, &shard.points], workgroups);
         }
     }
 
@@ -161,14 +167,14 @@ impl LightSurfels {
         self.shards.iter().map(|shard| shard.data.shading_bytes()).sum()
     }
 
-    /// Sample numbers and direct light of each portion of the samples.
-    pub(super) fn direct(&self) -> impl Iterator<Item = (&[u32], &wgpu::Buffer)> {
-        self.shards.iter().map(|shard| (&shard.data.sample_order[..], &shard.data.direct))
+    /// Numbers and direct light of each portion of the surfels.
+    pub(super) fn direct(&self) -> impl Iterator<Item = (Range<usize>, &wgpu::Buffer)> {
+        self.shards.iter().map(|shard| (shard.data.surfels.clone(), &shard.data.direct))
     }
 }
 
-/// Group 1 of `light_samples`: places to read, direct light to write.
-fn places_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+/// Group 1 of `light_directly`: points to read, direct light to write.
+fn points_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let entry = |binding, read_only| wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::COMPUTE,
@@ -180,7 +186,7 @@ fn places_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         count: None,
     };
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("light samples"),
-        entries: &[entry(0, true), entry(1, false)],
+        label: Some("points of direct light"),
+        entries: &[entry(0, true), entry(1, true), entry(2, false)],
     })
 }

@@ -56,6 +56,7 @@ pub mod gpu_runtime;
 pub mod grid_tables;
 mod kernel;
 mod light_surfels;
+mod lit_points;
 pub mod moving_geometry;
 mod objects;
 mod plan;

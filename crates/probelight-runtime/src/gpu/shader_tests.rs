@@ -16,6 +16,7 @@ use super::frame_extents::ProbeRecord;
 use super::frame_work::FrameFlags;
 use super::grid_tables::{GRID_AXES, GRID_SH2, GRID_SIX_COSINES, GridBlockRecord, GridRecord};
 use super::light_surfels::MaterialColors;
+use super::lit_points::LitPoint;
 use super::moving_geometry::PlacementRecord;
 use super::reflection::{Layout, Partners, parse, record, workgroup_size, write_for_direct3d_and_metal};
 use super::shaders;
@@ -25,7 +26,7 @@ use super::shadow_views::{
 };
 use super::stage_shaders::STAGE_SHADERS;
 use super::surfel_groups::{GroupRecord, Levels};
-use super::surfel_shards::{Bounce, SampleColors, SamplePlace};
+use super::surfel_shards::{Bounce, SampleColors};
 use crate::frame::{
     BLOCK, BORDER_SLOT, BorderRecord, ChangeTerm, FillRecord, NEXT_TO_NOTHING, PROBES_SHARE, URGENCIES,
     URGENCY_STEP_BITS, Waiting,
@@ -109,7 +110,7 @@ fn constants(list: &[(&'static str, f64)]) -> Vec<(&'static str, Vec<f64>)> {
 
 fn records() -> Vec<(&'static str, Layout)> {
     vec![
-        record!(SamplePlace as "SamplePlace" { position, padding_a, normal, padding_b }),
+        record!(LitPoint as "LitPoint" { position, share, normal, padding }),
         record!(SampleColors as "SampleColors" { base_color, emission, material }),
         record!(Bounce as "Bounce" { reflectance, receiver }),
         record!(MaterialColors as "MaterialColors" { base_color, emission }),
@@ -269,7 +270,7 @@ fn layouts_leave_out_what_fills_gaps() {
 #[test]
 fn workgroups_have_the_size_that_dispatches_count_with() {
     for (size, entry_points) in [
-        (super::light_surfels::WORKGROUP, &["light_samples", "shade_surfels", "light_surfels"][..]),
+        (super::light_surfels::WORKGROUP, &["light_directly", "shade_surfels", "light_surfels"][..]),
         (super::blend_borders::WORKGROUP, &["keep_unblended", "blend_borders"]),
         (super::dilate_lightmap::WORKGROUP, &["dilate_lightmap"]),
         (super::reduce_lightmap::WORKGROUP.pow(2) as usize, &["reduce_lightmap"]),

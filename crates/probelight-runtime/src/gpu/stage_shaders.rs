@@ -37,9 +37,9 @@ const WAITING: &str = include_str!("../shaders/waiting.wgsl");
 const BORDERS: &[&str] =
     &[DISPATCH, CLUSTER_EXTENT, LIGHTMAP_TEXEL, include_str!("../shaders/blend_borders.wgsl")];
 
-pub(super) const LIGHT_SAMPLES: Shader = Shader {
-    entry_point: "light_samples",
-    parts: &[LIGHTS, SHADOW_MAPS, DISPATCH, include_str!("../shaders/light_samples.wgsl")],
+pub(super) const LIGHT_DIRECTLY: Shader = Shader {
+    entry_point: "light_directly",
+    parts: &[LIGHTS, SHADOW_MAPS, DISPATCH, include_str!("../shaders/light_directly.wgsl")],
 };
 pub(super) const SHADE_SURFELS: Shader = Shader {
     entry_point: "shade_surfels",
@@ -155,7 +155,7 @@ pub(super) const COPY_WORDS: Shader =
 
 /// All shaders of the stages, in the order in which they run, and [the yardstick](super::benchmark).
 pub const STAGE_SHADERS: &[Shader] = &[
-    LIGHT_SAMPLES,
+    LIGHT_DIRECTLY,
     SHADE_SURFELS,
     LIGHT_SURFELS,
     GROUP_LEVEL,

@@ -1,6 +1,6 @@
 //! Surfels with their light samples, in portions that shaders can bind.
 //!
-//! Many samples of a surfel reflect the light of the same receiver. Sorted by receiver they form bounces, which
+//! Where direct light is looked up, [`lit_points`](super::lit_points) says. Many samples of a surfel reflect the light of the same receiver. Sorted by receiver they form bounces, which
 //! a frame reads instead of the samples:
 //!
 //! ```text
@@ -13,26 +13,13 @@ use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 
 use probelight_asset::{BakedScene, LightSample, NONE};
-use probelight_math::glam::Vec3;
+use probelight_math::color::srgb8_from_linear;
 
 use super::cluster_shards::divide;
 use super::device::GpuError;
 use super::frame_buffers::RGB_BYTES;
+use super::lit_points::{LitPoint, LitPoints};
 use super::storage::Storage;
-
-/// Where a light sample is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub(super) struct SamplePlace {
-    /// World position on the surface, metres.
-    pub(super) position: [f32; 3],
-    /// Fills the record.
-    pub(super) padding_a: f32,
-    /// Unit geometric normal of the sample's side.
-    pub(super) normal: [f32; 3],
-    /// Fills the record.
-    pub(super) padding_b: f32,
-}
 
 /// A light sample's textures and material.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -61,13 +48,13 @@ pub(super) struct Bounce {
 pub(super) struct SurfelShard {
     /// Numbers of the surfels.
     pub(super) surfels: Range<usize>,
-    /// Numbers of their samples before these were sorted: where each sample of the buffers comes from.
-    pub(super) sample_order: Vec<u32>,
     pub(super) first_bounces: wgpu::Buffer,
     pub(super) first_samples: wgpu::Buffer,
-    pub(super) places: wgpu::Buffer,
+    /// First point of each surfel at which its direct light is looked up, and the end of the last one's.
+    pub(super) first_points: wgpu::Buffer,
+    pub(super) points: wgpu::Buffer,
     pub(super) colors: wgpu::Buffer,
-    /// Irradiance of the analytic lights at each sample: three `f32`, W/m².
+    /// Irradiance of the analytic lights on each surfel: three `f32`, W/m².
     pub(super) direct: wgpu::Buffer,
     pub(super) bounces: wgpu::Buffer,
     /// Mean radiance of each surfel without feedback: three `f32`, W·m⁻²·sr⁻¹.
@@ -79,14 +66,16 @@ pub(super) struct SurfelShard {
 /// # Errors
 /// [`GpuError::TooLarge`] if a single surfel does not fit in a binding.
 pub(super) fn surfel_shards(storage: &Storage, baked: &BakedScene) -> Result<Vec<SurfelShard>, GpuError> {
-    let receivers = baked.receivers_of_texels();
-    // The places of the samples are the longest array.
-    divide(&baked.surfels, storage.limit, |surfel| {
-        u64::from(surfel.sample_count) * size_of::<SamplePlace>() as u64
-    })
-    .into_iter()
-    .map(|surfels| SurfelShard::new(storage, baked, &receivers, surfels))
-    .collect()
+    let (receivers, points) = (baked.receivers_of_texels(), LitPoints::new(baked));
+    let longest_array = |surfel: &usize| {
+        let samples = u64::from(baked.surfels[*surfel].sample_count) * size_of::<Bounce>() as u64;
+        samples.max(points.of(*surfel..*surfel + 1).len() as u64 * size_of::<LitPoint>() as u64)
+    };
+    let surfels: Vec<usize> = (0..baked.surfels.len()).collect();
+    divide(&surfels, storage.limit, longest_array)
+        .into_iter()
+        .map(|surfels| SurfelShard::new(storage, baked, &receivers, &points, surfels))
+        .collect()
 }
 
 /// The arrays of a shard, as they will lie on the GPU.
@@ -102,7 +91,7 @@ impl ShardArrays {
     fn new(baked: &BakedScene, receivers: &[u32], surfels: Range<usize>) -> Self {
         let mut arrays = Self::default();
         let receiver = |sample: u32| {
-            let texel = baked.light_samples[sample as usize].texel;
+            let texel = baked.texel_of(&baked.light_samples[sample as usize]);
             receivers.get(texel as usize).copied().unwrap_or(NONE)
         };
         for surfel in &baked.surfels[surfels] {
@@ -130,47 +119,42 @@ impl SurfelShard {
 
     /// What direct light and shading read and write of the shard, bytes. Direct light is written, then read.
     pub(super) fn shading_bytes(&self) -> u64 {
-        let samples = self.places.size() + self.colors.size() + 2 * self.direct.size();
-        samples + self.first_samples.size() + self.feedback_bytes()
+        let points = self.first_points.size() + self.points.size() + 2 * self.direct.size();
+        points + self.colors.size() + self.first_samples.size() + self.feedback_bytes()
     }
 
     fn new(
         storage: &Storage,
         baked: &BakedScene,
         receivers: &[u32],
+        points: &LitPoints,
         surfels: Range<usize>,
     ) -> Result<Self, GpuError> {
         let arrays = ShardArrays::new(baked, receivers, surfels.clone());
-        let samples = || arrays.sample_order.iter().map(|sample| &baked.light_samples[*sample as usize]);
-        let normals: Vec<Vec3> =
-            (0..baked.scene.triangles.len()).map(|triangle| baked.scene.geometric_normal(triangle)).collect();
-        let places: Vec<SamplePlace> = samples().map(|sample| place(sample, &normals)).collect();
-        let colors: Vec<SampleColors> = samples().map(|sample| colors(sample, baked)).collect();
+        let samples = arrays.sample_order.iter().map(|sample| &baked.light_samples[*sample as usize]);
+        let colors: Vec<SampleColors> = samples.map(|sample| colors(sample, baked)).collect();
         Ok(Self {
             first_bounces: storage.array("first bounces of surfels", &arrays.first_bounces)?,
             first_samples: storage.array("first samples of bounces", &arrays.first_samples)?,
-            places: storage.array("light samples", &places)?,
+            first_points: storage.array("first points of surfels", &points.firsts(surfels.clone()))?,
+            points: storage.array("points of direct light", points.of(surfels.clone()))?,
             colors: storage.array("colours of light samples", &colors)?,
-            direct: storage.zeros("direct light", RGB_BYTES * places.len() as u64)?,
+            direct: storage.zeros("direct light", RGB_BYTES * surfels.len() as u64)?,
             bounces: storage.array("bounces", &arrays.bounces)?,
             unbounced: storage.zeros("surfels without feedback", RGB_BYTES * surfels.len() as u64)?,
             surfels,
-            sample_order: arrays.sample_order,
         })
     }
 }
 
-fn place(sample: &LightSample, normals: &[Vec3]) -> SamplePlace {
-    let front = normals[sample.triangle as usize];
-    let normal = if sample.is_back_face() { -front } else { front };
-    SamplePlace { position: sample.position.to_array(), normal: normal.to_array(), ..SamplePlace::default() }
-}
-
 fn colors(sample: &LightSample, baked: &BakedScene) -> SampleColors {
-    let codes = |[red, green, blue, _]: [u8; 4]| u32::from_le_bytes([red, green, blue, 0]);
+    let codes = |[red, green, blue]: [u8; 3]| u32::from_le_bytes([red, green, blue, 0]);
+    let triangle = sample.triangle() as usize;
+    let material = baked.scene.triangle_material[triangle];
+    let emission = baked.scene.emission_texel(triangle, sample.barycentric());
     SampleColors {
-        base_color: codes(sample.base_color_and_side),
-        emission: if sample.is_back_face() { 0 } else { codes(sample.emission_texel) },
-        material: baked.scene.triangle_material[sample.triangle as usize],
+        base_color: codes(sample.base_color()),
+        emission: if sample.is_back_face() { 0 } else { codes(srgb8_from_linear(emission)) },
+        material,
     }
 }

@@ -32,6 +32,7 @@ const INVERSE_PI: f32 = 0.31830988618379067;
 /// One more than there are bounces.
 @group(0) @binding(3) var<storage, read> first_samples: array<u32>;
 @group(0) @binding(4) var<storage, read> colors: array<SampleColors>;
+/// Irradiance of the analytic lights on each surfel.
 @group(0) @binding(5) var<storage, read> direct: array<f32>;
 @group(0) @binding(6) var<storage, read_write> bounces: array<Bounce>;
 /// Mean radiance of each surfel without feedback.
@@ -58,16 +59,16 @@ fn shade_surfels(
     let first_bounce = first_bounces[surfel];
     let end_bounce = first_bounces[surfel + 1u];
     let share = 1.0 / f32(first_samples[end_bounce] - first_samples[first_bounce]);
+    let arriving = vec3f(direct[3u * surfel], direct[3u * surfel + 1u], direct[3u * surfel + 2u]);
     var radiance = vec3f(0.0);
     for (var bounce = first_bounce; bounce < end_bounce; bounce++) {
         var reflectance = vec3f(0.0);
         for (var sample = first_samples[bounce]; sample < first_samples[bounce + 1u]; sample++) {
             let material = materials[colors[sample].material];
-            let reflected = material.base_color.xyz * texel(colors[sample].base_color) * INVERSE_PI;
-            let arriving = vec3f(direct[3u * sample], direct[3u * sample + 1u], direct[3u * sample + 2u]);
-            radiance += material.emission.xyz * texel(colors[sample].emission) + reflected * arriving;
-            reflectance += reflected;
+            radiance += material.emission.xyz * texel(colors[sample].emission);
+            reflectance += material.base_color.xyz * texel(colors[sample].base_color) * INVERSE_PI;
         }
+        radiance += reflectance * arriving;
         bounces[bounce].reflectance = reflectance * share;
     }
     unbounced[3u * surfel] = radiance.x * share;

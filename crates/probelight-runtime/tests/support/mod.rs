@@ -9,7 +9,7 @@ use probelight_asset::packed::{Precision, Ranks};
 use probelight_asset::{
     BakedParts, BakedScene, GAIN_STEPS, LightSample, LightmapFace, LightmapLayout, NONE, Surfel,
 };
-use probelight_math::glam::{DVec3, Vec3};
+use probelight_math::glam::{DVec3, Vec2, Vec3, vec2};
 use probelight_math::sampling::Rng;
 use probelight_math::sh::Y00;
 #[allow(unused_imports, reason = "each test binary uses a part")]
@@ -144,9 +144,13 @@ pub(crate) fn single_probe(scene: Scene, sample: Option<LightSample>, gains: &[f
         back_faces: vec![NONE; scene.triangles.len()],
         dilation: Vec::new(),
     };
+    if sample.is_some() {
+        // All of triangle 0 within texel 0.
+        baked.lightmap.faces[0].corners = [vec2(0.5, 0.5), vec2(0.6, 0.5), vec2(0.5, 0.6)];
+    }
     baked.receiver_texels = (0..gains.len() as u32).collect();
     baked.receiver_errors = vec![0; gains.len()];
-    baked.surfels = sample.iter().map(|_| Surfel { first_sample: 0, sample_count: 1 }).collect();
+    baked.surfels = sample.iter().map(|_| Surfel { first_sample: 0, sample_count: 1, area: 0.0 }).collect();
     baked.light_samples = sample.into_iter().collect();
     baked.relight_surfels = vec![if sample.is_some() { 0 } else { NONE }; size.rays];
     baked.relight_gains = vec![GAIN_STEPS; size.rays];
@@ -162,15 +166,9 @@ pub(crate) fn single_probe(scene: Scene, sample: Option<LightSample>, gains: &[f
     baked
 }
 
-/// A sample on the front of triangle 0 with white textures that reads texel 0.
+/// A sample on the front of triangle 0 with a white texture, which reads texel 0.
 pub(crate) fn white_sample() -> LightSample {
-    LightSample {
-        position: Vec3::ZERO,
-        triangle: 0,
-        texel: 0,
-        base_color_and_side: [255, 255, 255, 0],
-        emission_texel: [255, 255, 255, 0],
-    }
+    LightSample::new(0, false, Vec2::ZERO, [255; 3])
 }
 
 /// A lighting with nothing but a uniform sky.

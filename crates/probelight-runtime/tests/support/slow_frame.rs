@@ -135,10 +135,16 @@ fn signals(
     let tracer = Tracer::new(Arc::clone(&baked.scene));
     let mut signals = Vec::new();
     for surfel in &baked.surfels {
-        let samples = &baked.light_samples[surfel.first_sample as usize..][..surfel.sample_count as usize];
+        let samples = baked.samples_of(surfel);
+        let share = 1.0 / samples.len() as f64;
+        let direct = |sample: &LightSample| {
+            let (position, normal) = baked.place_of(sample);
+            direct_irradiance(&tracer, &lighting.lights, position, normal).as_dvec3()
+        };
+        let direct = share * samples.iter().map(direct).sum::<DVec3>();
         let total: DVec3 =
-            samples.iter().map(|sample| radiance(baked, &tracer, lighting, colors, feedback, sample)).sum();
-        signals.push(total / samples.len() as f64);
+            samples.iter().map(|sample| radiance(baked, lighting, colors, feedback, direct, sample)).sum();
+        signals.push(share * total);
     }
     for group in &baked.surfel_groups {
         let weight = f64::from(group.first_weight);
@@ -159,27 +165,23 @@ fn signals(
 
 fn radiance(
     baked: &BakedScene,
-    tracer: &Tracer,
     lighting: &Lighting,
     colors: &[SurfaceColors],
     feedback: &[DVec3],
+    direct: DVec3,
     sample: &LightSample,
 ) -> DVec3 {
-    let triangle = sample.triangle as usize;
-    let is_front = sample.base_color_and_side[3] == 0;
-    let normal = baked.scene.geometric_normal(triangle) * if is_front { 1.0 } else { -1.0 };
-    let mut arriving = direct_irradiance(tracer, &lighting.lights, sample.position, normal).as_dvec3();
-    if sample.texel != NONE {
-        arriving += feedback[sample.texel as usize].max(DVec3::ZERO);
-    }
+    let triangle = sample.triangle() as usize;
+    let bounced = feedback.get(baked.texel_of(sample) as usize).copied().unwrap_or(DVec3::ZERO);
+    let arriving = direct + bounced.max(DVec3::ZERO);
     let material = baked.scene.triangle_material[triangle];
     let has_emitter = baked.emitters.iter().any(|emitter| emitter.material == material);
     let colors = &colors[material as usize];
-    let decode = |[r, g, b, _]: [u8; 4]| linear_from_srgb8([r, g, b]);
-    let albedo = (colors.base_color * decode(sample.base_color_and_side)).as_dvec3();
-    let shines = is_front && !has_emitter;
+    let albedo = (colors.base_color * linear_from_srgb8(sample.base_color())).as_dvec3();
+    let shines = !sample.is_back_face() && !has_emitter;
     let emitted = if shines { lighting.emissive_scale * colors.emission } else { Vec3::ZERO };
-    (emitted * decode(sample.emission_texel)).as_dvec3() + albedo / std::f64::consts::PI * arriving
+    let emitted = emitted * baked.scene.emission_texel(triangle, sample.barycentric());
+    emitted.as_dvec3() + albedo / std::f64::consts::PI * arriving
 }
 
 /// Spherical-harmonics coefficients of radiance along directions, with a quadrature that is exact to `exact_degree`.
