@@ -98,6 +98,7 @@ impl<'a> GroupWorker<'a> {
             parts: parts_of(group.len(), reception),
             rows_per_place: reception.rows(),
             error: self.ground.error_of(reception),
+            byte_price: self.ground.byte_price_of(reception),
             halves: transport.halves.each_ref().map(Vec::as_slice),
             columns: transport.columns,
             signals: &transport.signals,

@@ -48,6 +48,8 @@ pub(crate) struct GroupMatrix<'a> {
     /// Rows of each place, one after another.
     pub(crate) rows_per_place: usize,
     pub(crate) error: ErrorGoal,
+    /// What a byte must save, see [`BakeSettings::byte_price`].
+    pub(crate) byte_price: f32,
     /// Two estimates of A from half of the rays each, row-major, one row per receiver of the group.
     pub(crate) halves: [&'a [f32]; 2],
     pub(crate) columns: usize,
@@ -127,7 +129,7 @@ impl Compressor<'_> {
             is_packed: self.settings.storage == Storage::Packed,
             error: f64::from(matrix.error.error()),
             must_be_met: matrix.error.must_be_met(),
-            byte_price: f64::from(self.settings.byte_price),
+            byte_price: f64::from(matrix.byte_price),
         };
         CompressedCluster {
             receivers: rows.iter().map(|row| matrix.receivers[*row as usize]).collect(),
@@ -239,6 +241,7 @@ pub(crate) mod tests {
             parts: vec![group.clone()],
             rows_per_place: 1,
             error: ErrorGoal::About(settings.max_cluster_error),
+            byte_price: settings.byte_price,
             halves: [rows, rows],
             columns: COLUMNS,
             signals: &[7, 9],
@@ -259,6 +262,7 @@ pub(crate) mod tests {
                 parts,
                 rows_per_place: 3,
                 error: ErrorGoal::About(0.1),
+                byte_price: 0.44,
                 halves: [&rows, &rows],
                 columns: 2,
                 signals: &[0, 1],

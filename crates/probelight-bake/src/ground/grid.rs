@@ -17,8 +17,10 @@ use crate::ground::site::{Outlook, Site};
 use crate::options::even_spacing;
 use crate::steps::for_each_in_parallel;
 
-/// Gather rays of a vertex as a multiple of a texel's: they go all around.
+/// Gather rays of a vertex as a multiple of a texel's, as they go all around, and the fewest: texels have neighbours that
+/// noise evens out with, and there are many more of them.
 pub(crate) const RAYS_PER_GATHER_RAY: u32 = 2;
+pub(crate) const FEWEST_RAYS: u32 = 4096;
 
 /// Places of a block.
 pub(crate) const PLACES_PER_BLOCK: usize = (BLOCK_EDGE * BLOCK_EDGE * BLOCK_EDGE) as usize;
@@ -39,6 +41,9 @@ const CLEARANCE: f32 = 0.08;
 /// Plans until about as many vertices have light as wanted, and the share that may be missing or too many.
 const MOST_PLANS: u32 = 5;
 const MOST_MISSED: f32 = 0.08;
+
+/// What a byte of vertices must save as a multiple of what one of texels must: there are far fewer of them.
+pub(crate) const BYTE_PRICE_PER_TEXEL_PRICE: f32 = 0.15;
 
 /// A grid as it is baked.
 #[derive(Clone, Debug, Default)]

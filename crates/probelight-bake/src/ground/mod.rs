@@ -197,7 +197,9 @@ impl Groundwork {
     pub(crate) fn rays_of(&self, site: u32) -> u32 {
         match self.reception(site) {
             Reception::Irradiance => self.settings.gather_rays,
-            Reception::Basis(_) => grid::RAYS_PER_GATHER_RAY * self.settings.gather_rays,
+            Reception::Basis(_) => {
+                (grid::RAYS_PER_GATHER_RAY * self.settings.gather_rays).max(grid::FEWEST_RAYS)
+            }
         }
     }
 
@@ -208,6 +210,14 @@ impl Groundwork {
                 ErrorGoal::About(grid::ERROR_PER_TEXEL_ERROR * error)
             }
             (_, error) => error,
+        }
+    }
+
+    /// What a byte of a site's compressed transport must save.
+    pub(crate) fn byte_price_of(&self, reception: Reception) -> f32 {
+        match reception {
+            Reception::Irradiance => self.settings.byte_price,
+            Reception::Basis(_) => grid::BYTE_PRICE_PER_TEXEL_PRICE * self.settings.byte_price,
         }
     }
 
