@@ -41,17 +41,20 @@ impl LightmapLayout {
         self.height / self.pages.max(1)
     }
 
+    /// The face of one side of a triangle; `None` if that side has no light of its own.
+    #[inline]
+    pub fn face(&self, triangle: u32, is_back_face: bool) -> Option<&LightmapFace> {
+        let face = if is_back_face { *self.back_faces.get(triangle as usize)? } else { triangle };
+        self.faces.get(face as usize).filter(|face| face.is_lit())
+    }
+
     /// Where the light of one side of a triangle lies, texels, at barycentric weights of its second and third
     /// corner; `None` if that side has no light of its own.
     #[inline]
     pub fn position(&self, triangle: u32, is_back_face: bool, barycentric: Vec2) -> Option<Vec2> {
-        let face = if is_back_face { *self.back_faces.get(triangle as usize)? } else { triangle };
-        let face = self.faces.get(face as usize)?;
-        face.is_lit().then(|| face.position(barycentric))
+        Some(self.face(triangle, is_back_face)?.position(barycentric))
     }
-}
 
-impl LightmapLayout {
     /// The texel at [`position`](Self::position), if there is one.
     #[inline]
     pub fn texel(&self, triangle: u32, is_back_face: bool, barycentric: Vec2) -> Option<u32> {

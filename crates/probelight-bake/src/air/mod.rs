@@ -61,9 +61,7 @@ impl Survey {
     fn of_hits(tracer: &Tracer, position: Vec3, is_outside: bool, hits: &[Option<Hit>]) -> Self {
         let is_solid = |hit: &&Hit| is_inside_of_solid(tracer, hit);
         let backs = hits.iter().flatten().filter(is_solid).count();
-        let mut distances: Vec<f32> =
-            hits.iter().map(|hit| hit.map_or(f32::INFINITY, |hit| hit.distance)).collect();
-        distances.sort_by(f32::total_cmp);
+        let distances = sorted_distances(hits);
         Self {
             position,
             back_share: backs as f32 / PLACE_RAYS as f32,
@@ -96,6 +94,14 @@ fn rays_around(position: Vec3) -> impl Iterator<Item = Ray> {
 /// What the rays of a place meet.
 fn look_around(tracer: &Tracer, position: Vec3) -> Vec<Option<Hit>> {
     rays_around(position).map(|ray| tracer.closest_hit(&ray)).collect()
+}
+
+/// Distances to what a place sees, metres, nearest first; infinite for the sky.
+fn sorted_distances(hits: &[Option<Hit>]) -> Vec<f32> {
+    let mut distances: Vec<f32> =
+        hits.iter().map(|hit| hit.map_or(f32::INFINITY, |hit| hit.distance)).collect();
+    distances.sort_by(f32::total_cmp);
+    distances
 }
 
 /// How many hits are on unlit sides.
@@ -194,9 +200,7 @@ impl<'a> Air<'a> {
         nearest: f32,
     ) -> Option<Surroundings> {
         let hits = self.hits_of_lit_place(position, lit_sides)?;
-        let mut distances: Vec<f32> =
-            hits.iter().map(|hit| hit.map_or(f32::INFINITY, |hit| hit.distance)).collect();
-        distances.sort_by(f32::total_cmp);
+        let distances = sorted_distances(&hits);
         let extent = distances[(EXTENT_SHARE * PLACE_RAYS as f32) as usize];
         let mut seen = Surroundings { extent, emission: 0.0, emission_change: 0.0 };
         for hit in hits.iter().flatten().filter(|hit| self.is_emissive(hit)) {

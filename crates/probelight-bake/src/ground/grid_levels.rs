@@ -73,10 +73,7 @@ impl GridPlan {
     pub(crate) fn best(survey: &Survey, vertices: f32) -> Self {
         let even = even_spacing(&survey.bounds, vertices);
         let with_spacing = |step: i32| {
-            let layout = lattice(&survey.bounds, even * SPACING_STEP.powi(step), MAX_GRID_LEVELS);
-            let blocks =
-                places_of(layout.blocks()).map(|block| survey.look_at_block(&layout, block)).collect();
-            let plan = Self { layout, blocks, levels: Vec::new() }.with_levels_for(vertices);
+            let plan = Self::with_finest(survey, even * SPACING_STEP.powi(step), vertices);
             let fits = plan.total_vertices(&plan.levels) <= vertices;
             fits.then(|| (plan.error(), plan))
         };
@@ -85,19 +82,22 @@ impl GridPlan {
         best.map_or_else(|| Self::even(lattice(&survey.bounds, even, 1)), |(_, plan)| plan)
     }
 
-    /// With levels for about as many vertices as wanted: none is two levels coarser than one beside it.
-    fn with_levels_for(mut self, vertices: f32) -> Self {
+    /// With a finest spacing (metres), and levels for about so many vertices: none is two levels coarser than one beside it.
+    fn with_finest(survey: &Survey, spacing: f32, vertices: f32) -> Self {
+        let layout = lattice(&survey.bounds, spacing, MAX_GRID_LEVELS);
+        let blocks = places_of(layout.blocks()).map(|block| survey.look_at_block(&layout, block)).collect();
+        let mut plan = Self { layout, blocks, levels: Vec::new() };
         let (mut fine, mut coarse) = (1e-6f32, 1e6f32);
         for _ in 0..40 {
             let middle = (fine * coarse).sqrt();
-            if self.total_vertices(&self.levels_at(middle)) > vertices {
+            if plan.total_vertices(&plan.levels_at(middle)) > vertices {
                 fine = middle;
             } else {
                 coarse = middle;
             }
         }
-        self.levels = self.levels_at(coarse);
-        self
+        plan.levels = plan.levels_at(coarse);
+        plan
     }
 
     /// The levels where h is `scale` if D is 1: the coarsest whose vertices are no farther apart than h.
@@ -219,17 +219,11 @@ mod tests {
         land(|distance| if distance < room { 1.0 } else { change_outside })
     }
 
-    fn plan(survey: &Survey, spacing: f32, vertices: f32) -> GridPlan {
-        let layout = lattice(&survey.bounds, spacing, MAX_GRID_LEVELS);
-        let blocks = places_of(layout.blocks()).map(|block| survey.look_at_block(&layout, block)).collect();
-        GridPlan { layout, blocks, levels: Vec::new() }.with_levels_for(vertices)
-    }
-
     #[test]
     fn as_many_vertices_as_wanted_lie_where_light_changes_most() {
         let survey = land(|distance| (1.0 + distance).powi(-4));
         for wanted in [5000.0, 20_000.0] {
-            let plan = plan(&survey, 0.5, wanted);
+            let plan = GridPlan::with_finest(&survey, 0.5, wanted);
             let count = plan.total_vertices(&plan.levels);
             assert!(count <= wanted && count > 0.8 * wanted, "{count} of {wanted}");
             let mean = |is_inside: bool| {
@@ -243,8 +237,10 @@ mod tests {
             assert!(mean(true) < mean(false) - 0.5, "{} and {}", mean(true), mean(false));
         }
         // All as coarse, or as fine, as they can be.
-        assert!(plan(&survey, 0.5, 1.0).levels.iter().all(|level| *level == MAX_GRID_LEVELS - 1));
-        assert!(plan(&survey, 0.5, 1e9).levels.iter().all(|level| *level == 0));
+        assert!(
+            GridPlan::with_finest(&survey, 0.5, 1.0).levels.iter().all(|level| *level == MAX_GRID_LEVELS - 1)
+        );
+        assert!(GridPlan::with_finest(&survey, 0.5, 1e9).levels.iter().all(|level| *level == 0));
     }
 
     #[test]
@@ -265,7 +261,7 @@ mod tests {
 
     #[test]
     fn levels_of_blocks_beside_each_other_differ_by_one_at_most() {
-        let plan = plan(&land_with_rooms(5.0, 1e-8), 0.4, 9000.0);
+        let plan = GridPlan::with_finest(&land_with_rooms(5.0, 1e-8), 0.4, 9000.0);
         let is_even = |at| {
             let own = plan.levels[index_of(plan.layout.blocks(), at)];
             plan.blocks_around(at).all(|beside| plan.levels[beside].abs_diff(own) <= 1)
@@ -276,7 +272,7 @@ mod tests {
 
     #[test]
     fn a_finer_block_beside_coarser_ones_errs_as_a_mean_of_them() {
-        let all_fine = plan(&land_with_rooms(60.0, 1.0), 0.5, 1e9);
+        let all_fine = GridPlan::with_finest(&land_with_rooms(60.0, 1.0), 0.5, 1e9);
         let error = |levels: Vec<u32>| GridPlan { levels, ..all_fine.clone() }.error();
         let blocks = all_fine.blocks.len();
         let mut one_fine = vec![1; blocks];

@@ -62,7 +62,7 @@ struct Division {
 struct Witness {
     position: Vec3,
     corners: u8,
-    /// Whether corners of coarser cells light it.
+    /// Whether corners of coarser cells light it, and none of these.
     is_open: bool,
 }
 
@@ -107,15 +107,11 @@ fn divide_cells(
             return None;
         }
         let corners = corner_places(grid, level, *cell);
-        let has_corner = corners.iter().any(Option::is_some);
-        let cell = Cell {
-            tracer,
-            min: layout.position(*cell),
-            size: layout.spacing,
-            corners,
-            coarser: coarser_places(grid, level, *cell),
-        };
-        if has_corner { cell.divide(triangles) } else { None }
+        if corners.iter().all(Option::is_none) {
+            return None;
+        }
+        let (min, coarser) = (layout.position(*cell), coarser_places(grid, level, *cell));
+        Cell { tracer, min, size: layout.spacing, corners, coarser }.divide(triangles)
     };
     let cells = cells.par_iter().zip(&triangles);
     for_each_in_parallel("finding walls in the grid", cells, progress, look)
@@ -236,7 +232,7 @@ impl Cell<'_> {
         }
         let mut is_open = vec![false; places.len()];
         for (place, region) in places.iter().zip(&regions) {
-            is_open[*region] = is_open[*region] || self.sees_coarser(*place);
+            is_open[*region] = is_open[*region] || (corners[*region] == 0 && self.sees_coarser(*place));
         }
         let witness = |(position, region): (&Vec3, &usize)| Witness {
             position: *position,
@@ -286,7 +282,7 @@ impl Cell<'_> {
         let sees =
             |corner: &Option<Vec3>| corner.is_some_and(|corner| self.tracer.is_visible(position, corner));
         let corners = (0..8).fold(0, |all, i| all | u8::from(sees(&self.corners[i])) << i);
-        Witness { position, corners, is_open: self.sees_coarser(position) }
+        Witness { position, corners, is_open: corners == 0 && self.sees_coarser(position) }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use probelight_asset::{LightSample, LightmapFace, NONE, Surfel, SurfelGroup};
+use probelight_asset::{LightSample, NONE, Surfel, SurfelGroup};
 use probelight_math::color::srgb8_from_linear;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_scene::Bounds;
@@ -298,14 +298,14 @@ impl<'a> Builder<'a> {
     /// than what of a texel at a chart's border is covered.
     fn within_texel(&self, point: &SurfacePoint, texel: u32) -> Vec2 {
         let atlas = &self.ground.atlas;
-        let corners = atlas.faces[atlas.face_of(point.triangle, point.is_back_face) as usize].corners;
+        let face = &atlas.faces[atlas.face_of(point.triangle, point.is_back_face) as usize];
         let corner = Vec2::new((texel % atlas.width) as f32, (texel / atlas.width) as f32);
-        let position = LightmapFace { corners }.position(point.barycentric);
+        let position = face.position(point.barycentric);
         let inside = position.clamp(corner + TEXEL_MARGIN, corner + 1.0 - TEXEL_MARGIN);
         if inside == position {
             return point.barycentric;
         }
-        let weights = barycentric_of(inside, corners).max(Vec2::ZERO);
+        let weights = barycentric_of(inside, face.corners).max(Vec2::ZERO);
         weights / weights.element_sum().max(1.0)
     }
 }

@@ -26,6 +26,9 @@ use crate::shadow_turns::ShadowWork;
 use crate::sky_signals::SkyProjection;
 use crate::surface_colors::{SurfaceColors, emitter_radiance, has_emitter};
 
+/// Samples a task works through.
+const SAMPLES_PER_TASK: usize = 2048;
+
 /// Surfels a task works through.
 const SURFELS_PER_TASK: usize = 512;
 
@@ -102,17 +105,20 @@ impl ScalarSignals {
     /// [`shade`](Self::shade).
     pub fn color(&mut self, baked: &BakedScene, lighting: &Lighting, colors: &[SurfaceColors]) {
         let (has_emitter, decode) = (&self.has_emitter, &self.linear_from_srgb);
-        let surfels = self.emitted.iter_mut().zip(&mut self.reflectance).zip(&baked.surfels);
-        for ((emitted, reflectance), surfel) in surfels {
+        let samples = self.feedback.par_iter_mut().zip(&baked.light_samples);
+        samples.with_min_len(SAMPLES_PER_TASK).for_each(|(feedback, sample)| {
+            let material = baked.scene.triangle_material[sample.triangle() as usize] as usize;
+            let texel = Vec3::from(sample.base_color().map(|code| decode[usize::from(code)]));
+            feedback.reflectance = colors[material].base_color * texel * FRAC_1_PI;
+        });
+        let feedback = &self.feedback;
+        let surfels = self.emitted.par_iter_mut().zip(&mut self.reflectance).zip(&baked.surfels);
+        surfels.with_min_len(SURFELS_PER_TASK).for_each(|((emitted, reflectance), surfel)| {
             (*emitted, *reflectance) = (Vec3::ZERO, Vec3::ZERO);
             let share = (surfel.sample_count as f32).recip();
-            for (sample, feedback) in
-                baked.samples_of(surfel).iter().zip(&mut self.feedback[samples_of(surfel)])
-            {
+            for (sample, feedback) in baked.samples_of(surfel).iter().zip(&feedback[samples_of(surfel)]) {
                 let triangle = sample.triangle() as usize;
                 let material = baked.scene.triangle_material[triangle] as usize;
-                let texel = Vec3::from(sample.base_color().map(|code| decode[usize::from(code)]));
-                feedback.reflectance = colors[material].base_color * texel * FRAC_1_PI;
                 *reflectance += share * feedback.reflectance;
                 if !sample.is_back_face() && !has_emitter[material] && colors[material].emission != Vec3::ZERO
                 {
@@ -120,7 +126,7 @@ impl ScalarSignals {
                     *emitted += share * lighting.emissive_scale * colors[material].emission * texel;
                 }
             }
-        }
+        });
         for (value, emitter) in self.values[baked.first_emitter_signal()..].iter_mut().zip(&baked.emitters) {
             *value = emitter_radiance(emitter, lighting, colors);
         }

@@ -192,11 +192,9 @@ impl LitSurfels {
     ) {
         let lights = std::slice::from_ref(light);
         for_each_in_turn(&mut self.irradiance, turn, |index, value| {
-            let surfel = &baked.surfels[index];
-            let places = &surface.places[surfel.first_sample as usize..][..surfel.sample_count as usize];
             let at =
                 |(position, normal): &(Vec3, Vec3)| direct_irradiance(&world, lights, *position, *normal).x;
-            *value = places.iter().map(at).sum::<f32>() / places.len() as f32;
+            *value = mean(surface.places_of(&baked.surfels[index]), at);
         });
     }
 }

@@ -138,6 +138,7 @@ impl PatchFlux {
         }
     }
 }
+
 /// Share of the first of two patches, given what each counted and expects. A difference from what was expected is noise up
 /// to its standard deviation, and light from twice that on.
 #[inline]

@@ -1,7 +1,7 @@
 //! The points of each surfel at which direct light is looked up in the shadow maps.
 //!
-//! Each texel of the lightmap has four, or more in small lightmaps, as far as it lies on a face. Each stands for its share of the surfel's area, so that
-//! a surfel gets all the light that meets it, as the CPU counts it.
+//! Each texel of the lightmap has four, or more in small lightmaps, as far as it lies on a face. Each stands for its share
+//! of the surfel's area, so that a surfel gets all the light that meets it, as the CPU counts it.
 
 use std::ops::Range;
 
@@ -94,11 +94,7 @@ fn add_points(
     of_surfels: &mut [Vec<LitPoint>],
 ) {
     let layout = &baked.lightmap;
-    let number = if is_back_face { layout.back_faces[triangle as usize] } else { triangle };
-    let Some(face) = layout.faces.get(number as usize).filter(|face| face.is_lit() && face.area() > 0.0)
-    else {
-        return;
-    };
+    let Some(face) = layout.face(triangle, is_back_face).filter(|face| face.area() > 0.0) else { return };
     let front = baked.scene.geometric_normal(triangle as usize);
     let normal = if is_back_face { -front } else { front };
     let square_meters = baked.scene.area(triangle as usize) / (face.area() * (per_edge * per_edge) as f32);

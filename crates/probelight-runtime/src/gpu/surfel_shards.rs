@@ -1,7 +1,7 @@
 //! Surfels with their light samples, in portions that shaders can bind.
 //!
-//! Where direct light is looked up, [`lit_points`](super::lit_points) says. Many samples of a surfel reflect the light of the same receiver. Sorted by receiver they form bounces, which
-//! a frame reads instead of the samples:
+//! Where direct light is looked up, [`lit_points`](super::lit_points) says. Many samples of a surfel reflect the light of
+//! the same receiver. Sorted by receiver they form bounces, which a frame reads instead of the samples:
 //!
 //! ```text
 //!  surfel    │        0        │     1     │
