@@ -54,8 +54,12 @@ impl BundledScene {
 
     /// The ball that moves along with the light: its model.
     pub(crate) fn ball() -> anyhow::Result<Arc<Scene>> {
-        let glb = include_bytes!("../../../assets/objects/ball.glb");
-        Ok(Arc::new(parse_gltf(glb, Path::new("ball.glb"))?))
+        Ok(Arc::new(parse_gltf(Self::ball_glb(), Path::new("ball.glb"))?))
+    }
+
+    /// Its file.
+    pub(crate) fn ball_glb() -> &'static [u8] {
+        include_bytes!("../../../assets/objects/ball.glb")
     }
 
     /// Where the ball is in each position of the light.

@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use probelight_asset::BakedScene;
 use probelight_bake::BakeOptions;
 use probelight_runtime::gpu::GpuRuntime;
-use probelight_runtime::{Convergence, Runtime};
+use probelight_runtime::{Convergence, Runtime, SurfaceColors};
 use probelight_scene::{Camera, Scene, Setup, load_gltf};
 
 use crate::console::Console;
@@ -66,6 +66,30 @@ pub(crate) fn load_or_bake(path: &Path, console: &Console) -> anyhow::Result<Arc
     Ok(Arc::new(probelight_bake::bake(scene, &quick_bake_options(), None, console)?))
 }
 
+/// The materials that a setup colours, and their colours. Warns of names that the scene does not have.
+fn changed_materials(setup: &Setup, scene: &Scene, console: &Console) -> Vec<(usize, SurfaceColors)> {
+    warn_of_unknown_materials(setup, scene, console);
+    let was = SurfaceColors::of(scene);
+    let colors = SurfaceColors::of(&colored(setup, scene));
+    let changed = colors.into_iter().enumerate().filter(|(material, colors)| was[*material] != *colors);
+    changed.collect()
+}
+
+/// The scene in the colours of a setup.
+pub(crate) fn colored(setup: &Setup, scene: &Scene) -> Scene {
+    let mut colored = scene.clone();
+    setup.materials.iter().for_each(|colors| colors.apply(&mut colored));
+    colored
+}
+
+/// Warns of colours for materials that the scene does not have.
+pub(crate) fn warn_of_unknown_materials(setup: &Setup, scene: &Scene, console: &Console) {
+    for colors in setup.materials.iter().filter(|colors| colors.materials(scene).next().is_none()) {
+        console
+            .warn(format!("the setup colours the material {:?}, which the scene does not have", colors.name));
+    }
+}
+
 /// Largest relative change of the last bounce that still counts as converged.
 const CONVERGED: f64 = 1e-3;
 /// Bounces after which convergence is given up: enough for albedo 0.97.
@@ -74,6 +98,11 @@ const MAX_BOUNCES: usize = 200;
 /// Lets the setup's light bounce until nothing changes any more; returns the number of bounces.
 pub(crate) fn light(runtime: &mut Runtime, setup: &Setup, console: &Console) -> anyhow::Result<usize> {
     runtime.set_lighting(setup.lighting.clone())?;
+    let scene = Arc::clone(&runtime.baked().scene);
+    for (material, colors) in changed_materials(setup, &scene, console) {
+        runtime.set_base_color(material, colors.base_color)?;
+        runtime.set_emission(material, colors.emission)?;
+    }
     Ok(settle(runtime, console))
 }
 
@@ -89,6 +118,11 @@ pub(crate) fn light_on_gpu(
     console: &Console,
 ) -> anyhow::Result<usize> {
     runtime.set_lighting(setup.lighting.clone())?;
+    let scene = Arc::clone(&runtime.baked().scene);
+    for (material, colors) in changed_materials(setup, &scene, console) {
+        runtime.set_base_color(material, colors.base_color)?;
+        runtime.set_emission(material, colors.emission)?;
+    }
     settle_on_gpu(runtime, console)
 }
 

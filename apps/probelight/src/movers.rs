@@ -83,12 +83,6 @@ impl Movers {
         }
     }
 
-    /// Where the objects move.
-    #[cfg(feature = "window")]
-    pub(crate) fn paths(&self) -> Vec<ObjectPath> {
-        self.movers.iter().map(|mover| mover.path.clone()).collect()
-    }
-
     /// The objects as they are at a time, seconds.
     pub(crate) fn at(&self, time: f32) -> anyhow::Result<Vec<Object>> {
         let object = |mover: &Mover| Object::new(mover.shape(time), mover.path.placement(time));

@@ -17,7 +17,7 @@ use probelight_scene::Scene;
 use crate::packed::GAIN_STEPS;
 use crate::{
     BakeReport, BakeSettings, Cluster, Emitter, GridBlock, GridCell, GridLayout, GridVertex, InvalidParts,
-    LightSample, LightmapLayout, Probe, Surfel, SurfelGroup,
+    LightSample, LightmapFace, LightmapLayout, Probe, Surfel, SurfelGroup,
 };
 
 /// What [`BakedParts::receiver_errors`] has for the wanted error.
@@ -41,6 +41,23 @@ impl BakedScene {
     pub fn new(parts: BakedParts) -> Result<Self, InvalidParts> {
         parts.check().map_err(|reason| InvalidParts { reason })?;
         Ok(Self(parts))
+    }
+
+    /// A scene that was not baked: nothing but its analytic lights lights it. To look at it while it is baked.
+    ///
+    /// # Errors
+    /// What is wrong with the scene.
+    pub fn unbaked(scene: Arc<Scene>) -> Result<Self, InvalidParts> {
+        let triangles = scene.triangles.len();
+        let lightmap = LightmapLayout {
+            width: 1,
+            height: 1,
+            pages: 1,
+            faces: vec![LightmapFace::default(); triangles],
+            back_faces: vec![NONE; triangles],
+            dilation: Vec::new(),
+        };
+        Self::new(BakedParts { scene, lightmap, ..BakedParts::default() })
     }
 
     /// The parts, to be changed.

@@ -27,7 +27,7 @@ pub struct ToneMap {
 
 /// Exposed value of an automatically exposed picture's geometric mean luminance: the value that the curve
 /// maps to 18 % grey, the middle of a photographer's scale.
-const MIDDLE_GREY_IN: f32 = 0.27;
+pub(crate) const MIDDLE_GREY_IN: f32 = 0.27;
 
 /// Mixes the channels a little before the curve.
 pub(crate) const MIX: Mat3 = Mat3::from_cols_array(&[
@@ -54,6 +54,11 @@ impl ToneMap {
             },
         };
         Self { scale }
+    }
+
+    /// An exposure of 2^`ev`.
+    pub fn of_ev(ev: f32) -> Self {
+        Self { scale: ev.exp2() }
     }
 
     /// The exposure as a power of two.

@@ -10,7 +10,7 @@ mod support;
 use std::path::{Path, PathBuf};
 
 use probelight_math::glam::Vec3;
-use probelight_render::gpu::{GpuView, PictureTarget, Presenter, Shading, ViewOptions};
+use probelight_render::gpu::{Coloring, GpuView, PictureTarget, Presenter, Shading, Shown, ViewOptions};
 use probelight_render::{DisplayImage, Exposure, Image, RenderOutput, ToneMap};
 use probelight_runtime::gpu::GpuDevice;
 use probelight_runtime::gpu::readback::read_texture;
@@ -153,6 +153,54 @@ fn windows_show_what_files_hold() {
     }
 }
 
+#[test]
+fn pictures_are_shown_beside_each_other_and_in_false_colors() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let lit = baked_cornell();
+    let mut pictures = GpuPictures::new(gpu, &lit);
+    let mut draw = |view| pictures.draw_on_gpu(&lit, ViewOptions { view, shading: Shading::Diffuse });
+    let (full, direct) = (draw(GpuView::Full), draw(GpuView::Direct));
+    let image = full.read(&gpu.device, &gpu.queue).unwrap();
+    let plain = Shown::new(&full, GpuView::Full, ToneMap::new(Exposure::Automatic, &image));
+    let format = wgpu::TextureFormat::Rgba8Unorm;
+    let show = |shown: Shown| present_shown(gpu, &shown, format);
+    let (alone, other) = (show(plain), show(Shown { picture: &direct, ..plain }));
+    let beside = Shown { other: Some(direct.view()), divider: 0.5, ..plain };
+    let width = image.width as usize;
+    for (index, pixel) in show(beside).iter().enumerate() {
+        let expected = if index % width < width / 2 { other[index] } else { alone[index] };
+        assert_eq!(*pixel, expected, "pixel {index}");
+    }
+    assert_eq!(show(Shown { divider: 0.0, fade: 1.0, ..beside }), other);
+    // The same is black; where bounced light is missing the picture is brighter, never darker.
+    let difference = Shown { divider: 0.0, coloring: Coloring::Difference, ..beside };
+    assert!(show(Shown { other: None, ..difference }).iter().all(|pixel| *pixel == [0; 3]));
+    let found = show(difference);
+    assert!(found.iter().any(|[red, ..]| *red > 200) && found.iter().all(|[red, _, blue]| red >= blue));
+    // A stop brighter is a stop further.
+    let stops = |scale: f32| {
+        let tone_map = ToneMap { scale: plain.tone_map.scale * scale };
+        show(Shown { tone_map, coloring: Coloring::Stops, ..plain })
+    };
+    let [at, brighter] = [1.0, 2.0].map(stops);
+    let gray =
+        |pixel: &[u8; 3]| pixel[0] == pixel[1] && pixel[1] == pixel[2] && pixel[0] > 0 && pixel[0] < 255;
+    assert!(
+        at.iter().any(gray)
+            && at.iter().zip(&brighter).all(|(a, b)| a != b || *a == [0; 3] || *a == [255; 3])
+    );
+    // Nothing is broken; with a long exposure much is too bright.
+    assert_eq!(
+        show(Shown { marks: true, ..plain })
+            .iter()
+            .filter(|p| [[255, 0, 255], [0, 255, 255]].contains(p))
+            .count(),
+        0
+    );
+    let long = ToneMap { scale: plain.tone_map.scale * 1e4 };
+    assert!(show(Shown { marks: true, tone_map: long, ..plain }).contains(&[255, 0, 0]));
+}
+
 fn present(
     gpu: &GpuDevice,
     picture: &PictureTarget,
@@ -160,9 +208,13 @@ fn present(
     view: GpuView,
     tone_map: ToneMap,
 ) -> Vec<[u8; 3]> {
+    present_shown(gpu, &Shown::new(picture, view, tone_map), format)
+}
+
+fn present_shown(gpu: &GpuDevice, shown: &Shown, format: wgpu::TextureFormat) -> Vec<[u8; 3]> {
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: None,
-        size: picture.texture().size(),
+        size: shown.picture.texture().size(),
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
@@ -173,7 +225,7 @@ fn present(
     let presenter = Presenter::new(&gpu.device, &gpu.queue, format);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let target = texture.create_view(&wgpu::TextureViewDescriptor::default());
-    presenter.present(&mut encoder, picture, view, tone_map, &target);
+    presenter.present(&mut encoder, shown, &target);
     gpu.queue.submit([encoder.finish()]);
     let bytes = read_texture(&gpu.device, &gpu.queue, &texture).unwrap();
     bytes.chunks_exact(4).map(|texel| [texel[0], texel[1], texel[2]]).collect()

@@ -60,6 +60,46 @@ fn every_field_is_read_in_its_unit() {
 }
 
 #[test]
+fn what_is_written_is_read_again() {
+    let mut value = evening();
+    value["materials"] = json!([
+        {"name": "wall", "base_color": [0.1, 0.2, 0.3]}, {"name": "lamp", "emission": [9, 8, 7]}
+    ]);
+    value["objects"] = json!([
+        {"file": "chair.glb", "position": [1, 2, 3], "yaw_deg": 40, "scale": 2.0},
+        {"file": "fox.glb", "clip": "Walk", "path": [
+            {"time": 0, "position": [0, 1, 0]}, {"time": 2, "position": [0, 1, 3], "yaw_deg": -120}
+        ]}
+    ]);
+    let setup = load_text(&value.to_string()).unwrap();
+    assert_eq!(setup.materials.len(), 2);
+    let again = load_text(&setup.to_json()).unwrap();
+    let near = |a: f32, b: f32| (a - b).abs() < 1e-5;
+    for (a, b) in setup.cameras.iter().zip(&again.cameras) {
+        assert!(a.position == b.position && near(a.vertical_fov, b.vertical_fov), "{b:?}");
+    }
+    for (a, b) in setup.objects.iter().zip(&again.objects) {
+        assert_eq!((&a.file, &a.clip, a.keyframes.len()), (&b.file, &b.clip, b.keyframes.len()));
+        for (a, b) in a.keyframes.iter().zip(&b.keyframes) {
+            assert!(a.time == b.time && a.placement.rotation.angle_between(b.placement.rotation) < 1e-3);
+            assert_eq!(
+                (a.placement.translation, a.placement.scale),
+                (b.placement.translation, b.placement.scale)
+            );
+        }
+    }
+    assert_eq!((&setup.materials, setup.eval_bounds), (&again.materials, again.eval_bounds));
+    assert_eq!((&setup.lighting.sky, setup.lighting.emissive_scale), (&again.lighting.sky, 2.5));
+    assert_eq!(setup.lighting.lights.len(), again.lighting.lights.len());
+    assert_eq!(setup.lighting.lights[0], again.lighting.lights[0]);
+    let Light::Spot { inner_angle, outer_angle, .. } = again.lighting.lights[1] else { panic!() };
+    assert!(near(inner_angle, 30f32.to_radians()) && near(outer_angle, 60f32.to_radians()));
+    let dark =
+        Setup { lighting: probelight_scene::Lighting { emissive_scale: 0.0, ..setup.lighting }, ..setup };
+    assert_eq!(load_text(&dark.to_json()).unwrap().lighting.emissive_scale, 0.0);
+}
+
+#[test]
 fn emissive_switch_and_optional_fields() {
     let mut setup = evening();
     setup["use_emissive"] = json!(false);

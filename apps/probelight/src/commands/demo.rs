@@ -1,17 +1,21 @@
 //! `probelight demo`, and `probelight` alone
 
-use std::fmt::Write;
+use std::fmt::Write as _;
+#[cfg(feature = "window")]
+use std::io::IsTerminal;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use probelight_asset::write_atomically;
 use probelight_eval::{EvalError, ssim};
 use probelight_render::comparison::difference;
 use probelight_render::contact_sheet::ContactSheetRow;
 use probelight_render::gpu::GpuView;
 use probelight_render::{ContactSheet, Exposure, Image, PixelFilter, ToneMap};
-use probelight_scene::{Camera, Object, Scene, Setup};
+use probelight_scene::{Camera, Keyframe, Object, ObjectPath, Scene, Setup};
 use probelight_trace::{PathTracer, Tracer};
 use serde::Serialize;
 
@@ -30,7 +34,8 @@ Examples:
 The first picture is there within half a minute on two cores: without global illumination and with
 it, side by side. More follow at once, one for each position of the light. Then the path tracer
 takes a minute or so, and a contact sheet shows all of it beside the truth. Ctrl-C keeps the
-pictures that are finished.";
+pictures that are finished. In a terminal with a display, a window opens in the end in which one
+moves the light oneself.";
 
 /// Flags of `demo`.
 #[derive(Args)]
@@ -62,6 +67,9 @@ impl Default for Flags {
     }
 }
 
+/// File of the ball.
+const BALL: &str = "ball.glb";
+
 /// Gain of the difference pictures.
 const DIFFERENCE_GAIN: f32 = 4.0;
 
@@ -72,6 +80,8 @@ struct Report {
     pictures: Vec<PathBuf>,
     contact_sheet: PathBuf,
     baked_file: PathBuf,
+    /// The first light position with its camera and ball, for `view` and `render`.
+    setup_file: PathBuf,
     /// What computed light and pictures.
     backend: String,
     seconds: Seconds,
@@ -136,10 +146,12 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     let mut report = Report {
         contact_sheet: file(format!("{}.png", flags.scene.name())),
         baked_file: file(format!("{}.plight", flags.scene.name())),
+        setup_file: file(format!("{}.json", flags.scene.name())),
         ..Report::default()
     };
     output::check(&report.contact_sheet, &[])?;
     output::check(&report.baked_file, &[])?;
+    output::check(&report.setup_file, &[])?;
     let backend = flags.backend.open(console)?;
     report.backend = backend.describe();
 
@@ -150,6 +162,7 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
         probelight_bake::bake(Arc::clone(&scene), &options, None, console)
     })?;
     baked.write(&report.baked_file)?;
+    write_setup(flags.scene, &flags.out, &report.setup_file)?;
 
     let mut studio = Studio::new(backend, Arc::new(baked))?;
     let ball = BundledScene::ball()?;
@@ -159,7 +172,34 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     console.clear_progress();
     sheet.draw().write_png(&report.contact_sheet)?;
     report.seconds.total = start.elapsed().as_secs_f64();
-    if flags.json { console::print_json(&report) } else { console::print(describe(&report)?.trim_end()) }
+    if flags.json {
+        return console::print_json(&report);
+    }
+    console::print(describe(&report)?.trim_end())?;
+    #[cfg(feature = "window")]
+    if std::io::stdout().is_terminal() && probelight_viewer::has_display() {
+        console.note("opening a window: drag the lamp or the sun, and see the light follow");
+        super::view::show_file(&report.baked_file, &report.setup_file)?;
+    }
+    Ok(())
+}
+
+/// Writes the first light position as a setup, and the ball beside it.
+fn write_setup(scene: BundledScene, folder: &Path, file: &Path) -> anyhow::Result<()> {
+    let first = scene.light_path().into_iter().next();
+    let keyframes = scene.ball_path().into_iter().take(1).map(|placement| Keyframe { time: 0.0, placement });
+    let ball = ObjectPath { file: BALL.into(), keyframes: keyframes.collect(), clip: None };
+    let setup = Setup {
+        name: scene.name().into(),
+        scene: format!("{}.glb", scene.name()),
+        lighting: first.map(|position| position.lighting).unwrap_or_default(),
+        cameras: vec![scene.camera()],
+        objects: vec![ball],
+        ..Setup::default()
+    };
+    write_atomically(&folder.join(BALL), |out| out.write_all(BundledScene::ball_glb()))?;
+    write_atomically(file, |out| out.write_all(setup.to_json().as_bytes()))?;
+    Ok(())
 }
 
 /// The scene in one position of its light.
@@ -321,5 +361,7 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
     let shown = |path: &Path| path.display().to_string();
     writeln!(text, "contact sheet: {}", shown(&report.contact_sheet))?;
     writeln!(text, "baked scene:   {} (try `probelight info` on it)", shown(&report.baked_file))?;
+    let [baked, setup] = [&report.baked_file, &report.setup_file].map(|path| shown(path));
+    writeln!(text, "look around:   probelight view {baked} --setup {setup}")?;
     Ok(text)
 }

@@ -118,6 +118,8 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
             exposure: flags.exposure.map_or(Exposure::Automatic, Exposure::Ev),
         },
     };
+    input::warn_of_unknown_materials(&setup, &scene, console);
+    let scene = if setup.materials.is_empty() { scene } else { Arc::new(input::colored(&setup, &scene)) };
     let objects = Movers::load(&setup, flags.setup.as_deref(), &flags.objects.objects, console)?.at(0.0)?;
     let scene = if objects.is_empty() { scene } else { Arc::new(scene.with_objects(&objects)) };
     let path_tracer = PathTracer::new(Arc::new(Tracer::new(scene)), setup.lighting);

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use probelight_asset::BakedScene;
+use probelight_math::glam::Vec3;
 use probelight_runtime::SurfaceColors;
 use probelight_runtime::gpu::bindings::bind;
 use probelight_runtime::gpu::device::checked;
 use probelight_runtime::gpu::{GpuError, GpuRuntime, GridTables, MovingGeometry, SceneGeometry, ShadowMaps};
 use probelight_scene::{Camera, Lighting};
 
+use super::cluster_colors;
 use super::finish::Finish;
 use super::frame_record::FrameRecord;
 use super::markers::Markers;
@@ -75,7 +77,7 @@ pub struct GpuRenderer {
     frame: wgpu::Buffer,
     frame_layout: wgpu::BindGroupLayout,
     lightmap_sampler: wgpu::Sampler,
-    cluster_colors: wgpu::TextureView,
+    cluster_colors: wgpu::Texture,
     pipelines: Pipelines,
     probes: Markers,
     light_samples: Markers,
@@ -95,6 +97,10 @@ impl GpuRenderer {
         grid: &GridTables,
     ) -> Result<Self, GpuError> {
         checked(device, "the scene's surfaces", || {
+            let cluster_colors = cluster_colors::texture(device, &baked);
+            cluster_colors::write(queue, &cluster_colors, &baked, |cluster, _| {
+                cluster_colors::color_of_number(cluster)
+            });
             let materials = Materials::new(device, queue, &baked.scene);
             let frame_layout = frame_layout(device);
             let layouts =
@@ -115,7 +121,7 @@ impl GpuRenderer {
                     min_filter: wgpu::FilterMode::Linear,
                     ..wgpu::SamplerDescriptor::default()
                 }),
-                cluster_colors: super::cluster_colors::texture_view(device, queue, &baked),
+                cluster_colors,
                 probes: Markers::probes(device, &baked)?,
                 light_samples: Markers::light_samples(device, &baked)?,
                 materials,
@@ -127,6 +133,17 @@ impl GpuRenderer {
                 queue: queue.clone(),
             })
         })
+    }
+
+    /// Gives each of the lightmap's receivers a colour in [`GpuView::Clusters`], linear, 0 to 1: `color(cluster, receiver)`,
+    /// both counted from 0. At first each cluster has one of its own.
+    pub fn set_texel_colors(&self, color: impl Fn(u32, u32) -> Vec3) {
+        cluster_colors::write(&self.queue, &self.cluster_colors, &self.baked, color);
+    }
+
+    /// A colour for a number that is unlike those of its neighbours.
+    pub fn color_of_number(number: u32) -> Vec3 {
+        cluster_colors::color_of_number(number)
     }
 
     /// Whether pictures show light in free space on surfaces of the scene, so that frames must compute all of it
@@ -238,11 +255,12 @@ impl GpuRenderer {
     }
 
     fn frame_group(&self, scene: &LitScene) -> wgpu::BindGroup {
+        let cluster_colors = self.cluster_colors.create_view(&wgpu::TextureViewDescriptor::default());
         let resources = [
             self.frame.as_entire_binding(),
             wgpu::BindingResource::TextureView(&scene.lightmap),
             wgpu::BindingResource::Sampler(&self.lightmap_sampler),
-            wgpu::BindingResource::TextureView(&self.cluster_colors),
+            wgpu::BindingResource::TextureView(&cluster_colors),
             self.lightmap_faces.as_entire_binding(),
             scene.geometry.positions.as_entire_binding(),
             scene.moving.placements.as_entire_binding(),

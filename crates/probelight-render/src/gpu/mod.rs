@@ -36,6 +36,6 @@ pub mod view;
 
 pub use gpu_renderer::{GpuRenderer, LitScene};
 pub use picture_target::PictureTarget;
-pub use presenter::Presenter;
+pub use presenter::{Coloring, Presenter, Shown};
 pub use uploaded_light::UploadedLight;
 pub use view::{GpuView, Shading, ViewOptions};

@@ -58,6 +58,11 @@ impl PictureTarget {
         })
     }
 
+    /// The finished picture for shaders and for [`Shown::other`](super::presenter::Shown::other).
+    pub fn view(&self) -> &wgpu::TextureView {
+        &self.resolved_view
+    }
+
     /// The finished picture, linear, with [`PICTURE_FORMAT`].
     pub fn texture(&self) -> &wgpu::Texture {
         &self.resolved

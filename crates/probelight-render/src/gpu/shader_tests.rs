@@ -5,11 +5,11 @@ use probelight_runtime::gpu::shaders::{GRID, LIGHTS, OBJECT_SPHERES, PLACEMENTS,
 use super::frame_record::FrameRecord;
 use super::markers::{MarkerRecord, SLICES, STACKS};
 use super::materials::MaterialRecord;
-use super::presenter::DisplayRecord;
+use super::presenter::{Coloring, DisplayRecord};
 use super::reflection::{Partners, parse, record, write_for_direct3d_and_metal};
 use super::shaders;
 use super::view::{GpuView, Shading};
-use crate::tone_map::{MIX, UNMIX};
+use crate::tone_map::{MIDDLE_GREY_IN, MIX, UNMIX};
 
 /// All shaders, by the name of their file.
 fn sources() -> Vec<(&'static str, String)> {
@@ -34,6 +34,10 @@ fn partners() -> Partners {
     let mut constants = vec![
         ("SHADING_DIFFUSE", vec![f64::from(Shading::Diffuse as u32)]),
         ("SHADING_PHYSICAL", vec![f64::from(Shading::Physical as u32)]),
+        ("COLORING_NATURAL", vec![f64::from(Coloring::Natural as u32)]),
+        ("COLORING_STOPS", vec![f64::from(Coloring::Stops as u32)]),
+        ("COLORING_DIFFERENCE", vec![f64::from(Coloring::Difference as u32)]),
+        ("MIDDLE_GREY", vec![f64::from(MIDDLE_GREY_IN)]),
         ("PI", vec![f64::from(std::f32::consts::PI)]),
         ("SLICES", vec![f64::from(SLICES)]),
         ("STACKS", vec![f64::from(STACKS)]),
@@ -52,12 +56,17 @@ fn partners() -> Partners {
                 base_color, emission, metallic, roughness, normal_scale, alpha_cutoff, second_uv_sets,
             }),
             record!(MarkerRecord as "Marker" { position, signal, normal, degree }),
-            record!(DisplayRecord as "Display" { exposure, has_curve, encodes_srgb, unused }),
+            record!(DisplayRecord as "Display" {
+                exposure, has_curve, encodes_srgb, coloring, divider, fade, marks, unused,
+            }),
         ],
         constants,
         shader_only: &[
             // The corners of a quad's two triangles.
             "QUAD_CORNERS",
+            // Of false colours.
+            "STOPS",
+            "LARGEST_DIFFERENCE",
             // Of the reflection model, which the CPU's renderer does not have.
             "DIELECTRIC",
             "LEAST_ROUGHNESS",

@@ -33,7 +33,7 @@ impl LodZones {
     }
 
     /// How much of something in such a direction is in front, beside and behind; together 1.
-    pub(super) fn weights(&self, cosine: f32) -> [f32; 3] {
+    pub fn weights(&self, cosine: f32) -> [f32; 3] {
         let front = self.above(self.front, cosine);
         let not_behind = self.above(self.behind, cosine).max(front);
         [front, not_behind - front, 1.0 - not_behind]

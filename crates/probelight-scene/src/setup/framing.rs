@@ -45,6 +45,7 @@ impl Setup {
             cameras,
             eval_bounds: None,
             objects: Vec::new(),
+            materials: Vec::new(),
         }
     }
 }

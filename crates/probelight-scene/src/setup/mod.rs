@@ -1,18 +1,21 @@
-//! Setup files: the lights, sky and cameras of one picture of a scene, as JSON.
+//! Setup files: the lights, sky, cameras, objects and colours of one picture of a scene, as JSON.
 
 mod fields;
 mod framing;
+mod materials;
 mod objects;
 mod parse;
+mod write;
 
 use std::path::Path;
 
+pub use materials::MaterialColors;
 pub use objects::{Keyframe, ObjectPath};
 
 use crate::{Bounds, Camera, Lighting, SceneError};
 
 /// Lights and cameras for one scene.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Setup {
     /// What the setup is called.
     pub name: String,
@@ -26,6 +29,8 @@ pub struct Setup {
     pub eval_bounds: Option<Bounds>,
     /// What moves through the scene.
     pub objects: Vec<ObjectPath>,
+    /// Colours of the scene's materials that are not those of the file.
+    pub materials: Vec<MaterialColors>,
 }
 
 impl Setup {
@@ -56,14 +61,15 @@ impl Setup {
     ///   "eval_bounds": [[-1, 0, -1], [1, 2, 1]],
     ///   "objects": [
     ///     {"file": "chair.glb", "position": [1, 0, 0], "yaw_deg": 90, "scale": 1.0},
-    ///     {"file": "fox.glb", "clip": "Walk", "path": [{"time": 0, "position": [0, 1, 0]}, {"time": 2, "position": [0, 1, 3]}]} ] }
+    ///     {"file": "fox.glb", "clip": "Walk", "path": [{"time": 0, "position": [0, 1, 0]}, {"time": 2, "position": [0, 1, 3]}]} ],
+    ///   "materials": [ {"name": "wall", "base_color": [0.8, 0.1, 0.1], "emission": [0, 0, 0]} ] }
     /// ```
     ///
     /// Intensities are in W/sr, irradiance in W/m², radiance in W·m⁻²·sr⁻¹; spot angles are half angles.
     /// A directional light's `direction` is the way its light travels. Instead of `radiance` a sky may have
     /// `zenith`, `horizon` and `ground`. Point and spot lights may have a `range` in metres, where their light ends as
-    /// `KHR_lights_punctual` defines it. `range`, `emissive_scale`, `eval_bounds` and
-    /// `objects` may be left out. Files of objects are looked for beside the setup; a clip
+    /// `KHR_lights_punctual` defines it. `range`, `emissive_scale`, `eval_bounds`,
+    /// `objects`, `materials` and the colours in these may be left out. Files of objects are looked for beside the setup; a clip
     /// is an animation of the file; times are seconds, a yaw turns about +Y.
     ///
     /// # Errors

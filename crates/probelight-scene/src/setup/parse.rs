@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use super::Setup;
 use super::fields::{Field, Object};
+use super::materials::materials;
 use super::objects::objects;
 use crate::{Bounds, Camera, Light, Lighting, Sky};
 
@@ -22,6 +23,7 @@ pub(super) fn parse(text: &str) -> Result<Setup, String> {
         "cameras",
         "eval_bounds",
         "objects",
+        "materials",
     ])?;
     let version = root.required("version")?;
     if version.number()? != 1.0 {
@@ -34,6 +36,7 @@ pub(super) fn parse(text: &str) -> Result<Setup, String> {
         cameras: cameras(&root.required("cameras")?)?,
         eval_bounds: root.optional("eval_bounds").map(|field| bounds(&field)).transpose()?,
         objects: root.optional("objects").map(|field| objects(&field)).transpose()?.unwrap_or_default(),
+        materials: root.optional("materials").map(|field| materials(&field)).transpose()?.unwrap_or_default(),
     })
 }
 

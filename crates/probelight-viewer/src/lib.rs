@@ -1,0 +1,31 @@
+//! The window: look at a scene, change its light, bake it again.
+//!
+//! | module | job |
+//! | --- | --- |
+//! | [`state`] | what is shown and how one changes it: plain data, [`Action`](state::Action)s and [`Edit`](state::Edit)s |
+//! | [`scene`] | scenes on the GPU; what is done for them in the background |
+//! | [`picture`] | from a lit scene to a picture in the window |
+//! | [`panels`] | what lies around the picture |
+//! | [`handles`], [`overlays`], [`mouse`] | what lies over it |
+//! | [`app`] | [`Viewer`]: events in, actions done, picture out; `requests` does what files and threads need |
+//! | [`run`](mod@run) | the program's window |
+//! | [`messages`], [`settings`] | what the window tells, and what it remembers |
+//!
+//! Panels, keys, the mouse, arguments and tests all speak [`Action`](state::Action)s. A frame takes what happened, does what
+//! was asked for, and lights and draws the scene only if something changed.
+
+pub mod app;
+pub mod handles;
+pub mod messages;
+pub mod mouse;
+pub mod overlays;
+pub mod panels;
+pub mod picture;
+mod requests;
+pub mod run;
+pub mod scene;
+pub mod settings;
+pub mod state;
+
+pub use app::{Viewer, ViewerOptions};
+pub use run::{WindowError, WindowOptions, has_display, run};

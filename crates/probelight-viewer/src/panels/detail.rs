@@ -1,0 +1,178 @@
+//! Levels of detail: every number of them, while it runs.
+
+use eframe::egui::{ComboBox, DragValue, Grid, ScrollArea, Slider, Ui};
+use probelight_runtime::{LodLevel, LodPreset, LodSettings};
+
+use super::{Actions, row};
+use crate::state::{Action, State};
+
+/// What the last frame computed of what there is.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Work {
+    /// Receivers computed, and all.
+    pub receivers: [u64; 2],
+    /// Bytes of matrices read, and all.
+    pub matrix_bytes: [u64; 2],
+}
+
+/// Shows the levels of detail.
+pub fn show(ui: &mut Ui, state: &State, work: Work, scale: Option<f32>, actions: &mut Actions) {
+    let mut view = state.view.clone();
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        presets(ui, &mut view.lod);
+        hold(ui, &mut view.hold_milliseconds, scale);
+        Grid::new("saved").num_columns(2).show(ui, |ui| {
+            let share = |[part, all]: [u64; 2]| 100.0 * part as f64 / all.max(1) as f64;
+            let megabytes = |bytes: u64| bytes as f64 / 1e6;
+            let [part, all] = work.receivers;
+            row(ui, "receivers", format!("{part} of {all} ({:.0} %)", share(work.receivers)));
+            let [part, all] = work.matrix_bytes.map(megabytes);
+            row(ui, "matrices", format!("{part:.2} of {all:.2} MB ({:.0} %)", share(work.matrix_bytes)));
+        });
+        ui.separator();
+        levels(ui, &mut view.lod);
+        general(ui, &mut view.lod);
+        if ui.button("copy as JSON").clicked() {
+            let json = serde_json::to_string_pretty(&view.lod).unwrap_or_default();
+            actions.push(Action::Request(crate::state::Request::CopyText(json)));
+        }
+    });
+    if view != state.view && view.lod.check().is_ok() {
+        actions.push(Action::View(Box::new(view)));
+    }
+}
+
+fn presets(ui: &mut Ui, lod: &mut LodSettings) {
+    let present = LodPreset::ALL.into_iter().find(|preset| preset.settings() == *lod);
+    let everything = *lod == LodSettings::default();
+    let name = present.map_or(if everything { "everything" } else { "own" }, LodPreset::name);
+    ui.horizontal(|ui| {
+        ui.label("preset");
+        ComboBox::from_id_salt("preset").selected_text(name).show_ui(ui, |ui| {
+            if ui.selectable_label(everything, "everything").clicked() {
+                *lod = LodSettings::default();
+            }
+            for preset in LodPreset::ALL {
+                if ui.selectable_label(present == Some(preset), preset.name()).clicked() {
+                    *lod = preset.settings();
+                }
+            }
+        });
+    });
+}
+
+fn hold(ui: &mut Ui, hold: &mut Option<f32>, scale: Option<f32>) {
+    ui.horizontal(|ui| {
+        let mut holds = hold.is_some();
+        if ui
+            .checkbox(&mut holds, "hold")
+            .on_hover_text("the time of the light's stages: levels come nearer")
+            .changed()
+        {
+            *hold = holds.then_some(4.0);
+        }
+        if let Some(milliseconds) = hold {
+            ui.add(DragValue::new(milliseconds).speed(0.05).range(0.1..=200.0).suffix(" ms"));
+            if let Some(scale) = scale {
+                ui.label(format!("distances × {scale:.2}"));
+            }
+        }
+    });
+}
+
+fn levels(ui: &mut Ui, lod: &mut LodSettings) {
+    let mut remove = None;
+    let count = lod.levels.len();
+    for (number, level) in lod.levels.iter_mut().enumerate() {
+        ui.push_id(number, |ui| {
+            ui.horizontal(|ui| {
+                ui.strong(format!("level {number}"));
+                if count > 1 && ui.small_button("✖").on_hover_text("remove this level").clicked() {
+                    remove = Some(number);
+                }
+            });
+            Grid::new("level").num_columns(4).show(ui, |ui| level_numbers(ui, level));
+        });
+    }
+    if let Some(number) = remove {
+        lod.levels.remove(number);
+    }
+    if ui.button("+ level").clicked() {
+        let last = lod.levels.last().copied().unwrap_or_default();
+        let farther = |distance: f32| if distance > 0.0 { 2.0 * distance } else { 10.0 };
+        lod.levels.push(LodLevel {
+            distance: farther(last.distance),
+            beside: last.beside.map(farther),
+            behind: last.behind.map(farther),
+            ..last
+        });
+    }
+}
+
+fn level_numbers(ui: &mut Ui, level: &mut LodLevel) {
+    fn metres(value: &mut f32) -> DragValue<'_> {
+        DragValue::new(value).speed(0.1).range(0.0..=1e5).suffix(" m").max_decimals(1)
+    }
+    ui.label("from");
+    ui.add(metres(&mut level.distance));
+    ui.label("lightmap");
+    ui.add(DragValue::new(&mut level.lightmap_level).speed(0.02).range(0..=3));
+    ui.end_row();
+    optional(ui, "beside", &mut level.beside, level.distance, metres);
+    optional(ui, "behind", &mut level.behind, level.distance, metres);
+    ui.end_row();
+    optional(ui, "rank", &mut level.rank, 16, |value| DragValue::new(value).speed(0.1).range(1..=256));
+    optional(ui, "degree", &mut level.degree, 4, |value| DragValue::new(value).speed(0.05).range(0..=11));
+    ui.end_row();
+    optional(ui, "rays", &mut level.rays, 256, |value| DragValue::new(value).speed(2.0).range(1..=16_384));
+    optional(ui, "waits", &mut level.threshold, 0.01, |value| {
+        DragValue::new(value).speed(1e-3).range(0.0..=1.0)
+    });
+    ui.end_row();
+}
+
+/// A number that may be absent.
+fn optional<T: Copy>(
+    ui: &mut Ui,
+    name: &str,
+    value: &mut Option<T>,
+    first: T,
+    drag: impl Fn(&mut T) -> DragValue<'_>,
+) {
+    let mut is_some = value.is_some();
+    if ui.checkbox(&mut is_some, name).changed() {
+        *value = is_some.then_some(first);
+    }
+    match value {
+        Some(value) => _ = ui.add(drag(value)),
+        None => _ = ui.label("all"),
+    }
+}
+
+fn general(ui: &mut Ui, lod: &mut LodSettings) {
+    Grid::new("general").num_columns(2).show(ui, |ui| {
+        let mut slider = |name: &str, hint: &str, slider: Slider<'_>| {
+            ui.label(name).on_hover_text(hint);
+            ui.add(slider);
+            ui.end_row();
+        };
+        slider("in front above", "cosine with the view", Slider::new(&mut lod.zones.front, -1.0..=1.0));
+        slider("behind below", "cosine with the view", Slider::new(&mut lod.zones.behind, -1.0..=1.0));
+        slider("zones blend", "width in cosines", Slider::new(&mut lod.zones.band, 0.0..=1.0));
+        slider("probes nearer by", "support radii", Slider::new(&mut lod.support_shift, 0.0..=3.0));
+        slider("fade", "share of a distance", Slider::new(&mut lod.fade, 0.0..=1.0));
+        slider(
+            "small changes wait",
+            "share of a cluster's light",
+            Slider::new(&mut lod.changes.threshold, 0.0..=0.1),
+        );
+        slider("at most", "frames", Slider::new(&mut lod.changes.longest_wait, 1..=256));
+    });
+    let mut megabytes = lod.changes.matrix_bytes.map(|bytes| bytes as f32 / 1e6);
+    Grid::new("bytes").num_columns(2).show(ui, |ui| {
+        optional(ui, "MB a frame", &mut megabytes, 4.0, |value| {
+            DragValue::new(value).speed(0.05).range(0.05..=1e3)
+        });
+    });
+    lod.changes.matrix_bytes = megabytes.map(|megabytes| (f64::from(megabytes) * 1e6) as u64);
+}

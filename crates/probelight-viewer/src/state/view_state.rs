@@ -1,0 +1,170 @@
+//! What is shown of a scene, and how. Not undone, and not saved with the setup.
+
+use std::collections::BTreeSet;
+
+use probelight_render::gpu::{Coloring, ViewOptions};
+use probelight_runtime::LodSettings;
+use probelight_scene::Camera;
+
+use super::document::Item;
+
+/// What lies left of the divider.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compare {
+    /// The same picture: there is no divider.
+    #[default]
+    Nothing,
+    /// The picture without indirect light.
+    WithoutIndirect,
+    /// The path-traced reference, which grows while nothing changes.
+    Reference,
+}
+
+/// How bright pictures are shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ExposureMode {
+    /// By what the camera sees, smoothly.
+    Automatic,
+    /// Radiance times 2^EV.
+    Fixed(f32),
+}
+
+/// What the colours of [`GpuView::Clusters`](probelight_render::gpu::GpuView::Clusters) stand for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TexelColors {
+    /// A colour for each cluster.
+    #[default]
+    Clusters,
+    /// How many singular values the last frame computed of the cluster.
+    Ranks,
+    /// The level of detail: which share of the cluster's receivers the last frame computed.
+    Levels,
+    /// In front of the view, beside it, behind it.
+    Zones,
+    /// Error of the compressed transport against the wanted one.
+    Errors,
+    /// How many probes serve the cluster.
+    Probes,
+}
+
+impl TexelColors {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Clusters, Self::Ranks, Self::Levels, Self::Zones, Self::Errors, Self::Probes];
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Clusters => "clusters",
+            Self::Ranks => "singular values",
+            Self::Levels => "receivers by level",
+            Self::Zones => "zones of the view",
+            Self::Errors => "error of compression",
+            Self::Probes => "number of probes",
+        }
+    }
+}
+
+/// What is drawn over the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Overlays {
+    /// Lights, and the handles of what is selected.
+    pub lights: bool,
+    /// Rays and reach of the probes that serve the picked place.
+    pub probes: bool,
+    /// Vertices of the grid near the picked place, with the direction that most light comes from.
+    pub grid: bool,
+}
+
+/// Which sources are left out, to see what the others do. The setup keeps them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Muted {
+    /// The sky.
+    pub sky: bool,
+    /// Emissive surfaces.
+    pub emission: bool,
+    /// Lights.
+    pub lights: BTreeSet<Item>,
+}
+
+/// Which panels are open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Panels {
+    /// Lights, objects, materials.
+    pub scene: bool,
+    /// What is shown, detail, bake.
+    pub settings: bool,
+    /// Times.
+    pub timing: bool,
+    /// The lightmap as a picture.
+    pub lightmap: bool,
+    /// Keys.
+    pub help: bool,
+}
+
+/// What is shown, and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewState {
+    /// Where one looks from. Its size follows the window.
+    pub camera: Camera,
+    /// What the picture shows.
+    pub options: ViewOptions,
+    /// What lies left of the divider.
+    pub compare: Compare,
+    /// Where the divider is, as a share of the width.
+    pub divider: f32,
+    /// How bright pictures are shown.
+    pub exposure: ExposureMode,
+    /// As it is, or in false colours.
+    pub coloring: Coloring,
+    /// Whether pixels are marked that are no number, negative, or too bright to be shown.
+    pub marks: bool,
+    /// What the colours of clusters stand for.
+    pub texel_colors: TexelColors,
+    /// What is drawn over the picture.
+    pub overlays: Overlays,
+    /// Which sources are left out.
+    pub muted: Muted,
+    /// Levels of detail.
+    pub lod: LodSettings,
+    /// Time that the light of a frame may take, milliseconds: levels follow it.
+    pub hold_milliseconds: Option<f32>,
+    /// Whether time goes on for what moves by itself.
+    pub is_playing: bool,
+    /// Seconds since the beginning.
+    pub time: f32,
+    /// Factor on the speed of the camera.
+    pub speed: f32,
+    /// Share of the window's pixels, along each side, that are drawn.
+    pub resolution: f32,
+    /// At most 60 frames a second.
+    pub caps_frames: bool,
+    /// Which panels are open.
+    pub panels: Panels,
+}
+
+impl ViewState {
+    /// What one sees first, from a camera.
+    pub fn new(camera: Camera) -> Self {
+        Self {
+            camera,
+            options: ViewOptions::default(),
+            compare: Compare::default(),
+            divider: 0.5,
+            exposure: ExposureMode::Automatic,
+            coloring: Coloring::default(),
+            marks: false,
+            texel_colors: TexelColors::default(),
+            overlays: Overlays { lights: true, probes: false, grid: false },
+            muted: Muted::default(),
+            lod: LodSettings::default(),
+            hold_milliseconds: None,
+            is_playing: true,
+            time: 0.0,
+            speed: 1.0,
+            resolution: 1.0,
+            caps_frames: true,
+            panels: Panels { scene: true, settings: true, timing: true, lightmap: false, help: false },
+        }
+    }
+}

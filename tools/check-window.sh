@@ -1,0 +1,112 @@
+#!/usr/bin/env bash
+# Opens the window on a display of its own, uses keys and mouse as one would, and checks what comes of it: pictures, saved
+# setup, exit code. With a folder as argument it leaves screenshots for the documents there.
+# Needs Xvfb, xdotool and ImageMagick, which it installs if this is a Debian-like Linux and we may; else it says that it is
+# skipped.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+pictures=${1:-}
+
+if ! command -v Xvfb >/dev/null || ! command -v xdotool >/dev/null || ! command -v import >/dev/null; then
+    as_root=()
+    ((EUID == 0)) || as_root=(sudo --non-interactive)
+    install_tools() { "${as_root[@]}" apt-get install -y -q xvfb xdotool imagemagick; }
+    { install_tools || { "${as_root[@]}" apt-get update -q && install_tools; }; } >/dev/null 2>&1 || {
+        echo 'SKIPPED: no Xvfb, xdotool or ImageMagick, and they could not be installed.' >&2
+        exit 0
+    }
+fi
+
+cargo build --release --workspace
+work=$(mktemp -d)
+export HOME=$work XDG_RUNTIME_DIR=$work XDG_DATA_HOME=$work
+unset WAYLAND_DISPLAY
+Xvfb -displayfd 3 -screen 0 1280x720x24 3>"$work/display" >/dev/null 2>&1 &
+server=$!
+trap 'kill "$server" 2>/dev/null; rm -rf "$work"' EXIT
+for _ in $(seq 50); do [[ -s $work/display ]] && break || sleep 0.1; done
+DISPLAY=:$(cat "$work/display")
+export DISPLAY
+
+fail() {
+    echo "FAILED: $*" >&2
+    exit 1
+}
+wait_for() { # SECONDS WHAT COMMAND...
+    local deadline=$((SECONDS + $1)) what=$2
+    shift 2
+    until "$@"; do
+        ((SECONDS < deadline)) || fail "$what"
+        sleep 0.3
+    done
+}
+key() { xdotool key --delay 60 "$@"; sleep 0.7; }
+shot() { import -window root "$work/$1.png"; }
+# Mean brightness of the picture's middle, 0 to 1.
+brightness() { convert "$work/$1.png" -gravity center -crop 300x200+0-80 -colorspace Gray -format '%[fx:mean]' info:; }
+differ() { [[ $(compare -metric AE -fuzz 3% "$work/$1.png" "$work/$2.png" null: 2>&1 | cut -d. -f1) -gt 2000 ]]; }
+is_lit() { shot now; awk "BEGIN { exit !($(brightness now) > 0.05) }"; }
+has_two_lamps() { [[ $(grep -c '"type": "point"' "$work/setup.json") = 2 ]]; }
+
+target/release/probelight bake assets/scenes/cornell.glb -o "$work/cornell.plight" --quality preview --quiet
+cp assets/setups/cornell_lamp.json "$work/setup.json"
+cd "$work"
+"$OLDPWD/target/release/probelight" view cornell.plight --setup setup.json --size 1280x720 2>"$work/log" &
+viewer=$!
+wait_for 60 'no window opened' xdotool search --name Probelight >/dev/null
+xdotool search --name Probelight windowmove 0 0 windowfocus 2>/dev/null || true
+wait_for 120 'the picture stays dark' is_lit
+sleep 3
+shot lit
+[[ -z $pictures ]] || cp lit.png "$OLDPWD/$pictures/viewer.png"
+
+# The mouse: the camera goes around; what is clicked is picked.
+xdotool mousemove 560 420 mousedown 1 mousemove 600 420 mousemove 680 440 mouseup 1
+sleep 3
+shot turned
+differ lit turned || fail 'dragging does not turn the camera'
+xdotool mousemove 600 460 click 1
+sleep 6
+shot picked
+differ turned picked || fail 'a click picks nothing'
+[[ -z $pictures ]] || cp picked.png "$OLDPWD/$pictures/viewer-picked.png"
+
+# Keys: a lamp and a ball, undone and done again; saved.
+key l
+key b
+key ctrl+z
+key ctrl+z
+key ctrl+shift+z
+key ctrl+s
+wait_for 10 'the lamp was not saved' has_two_lamps
+key g
+sleep 2
+shot direct
+differ picked direct || fail 'indirect light cannot be switched off'
+key g c
+sleep 3
+shot compared
+[[ -z $pictures ]] || cp compared.png "$OLDPWD/$pictures/viewer-compared.png"
+key c c 8
+sleep 3
+shot clusters
+differ compared clusters || fail 'digits do not change the view'
+key 1 F1
+sleep 1
+shot help
+differ clusters help || fail 'there is no help'
+key F1 F12
+wait_for 20 'no picture was saved' test -s probelight-001.png
+
+# At rest it costs nothing.
+sleep 12
+ticks() { awk '{ print $14 + $15 }' "/proc/$viewer/stat"; }
+before=$(ticks)
+sleep 3
+(($(ticks) - before <= 15)) || fail "at rest it takes $(($(ticks) - before)) hundredths of a second in three"
+
+key ctrl+q
+wait_for 20 'it does not quit' bash -c "! kill -0 $viewer 2>/dev/null"
+wait "$viewer" || fail "exit code $?: $(cat log)"
+! grep -i -E 'panic|error' log || fail 'it complained'
+echo 'the window works'
