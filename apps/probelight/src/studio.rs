@@ -9,7 +9,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use probelight_asset::BakedScene;
 use probelight_render::gpu::{GpuRenderer, GpuView, LitScene, Shading, ViewOptions};
 use probelight_render::{Image, PixelFilter, RenderOptions, RenderOutput, View, render};
-use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime};
+use probelight_runtime::gpu::{GpuDevice, GpuOptions, GpuRuntime, ShadowMapOptions};
 use probelight_runtime::{FrameInput, ObjectId, Objects, Runtime, Stage};
 use probelight_scene::{Camera, Setup};
 
@@ -102,7 +102,9 @@ impl Studio {
             Backend::Cpu => Ok(Self::Cpu(Box::new(Runtime::new(baked)))),
             Backend::Gpu(gpu) => {
                 let GpuDevice { device, queue, .. } = &*gpu;
-                let runtime = GpuRuntime::new(device, queue, Arc::clone(&baked), GpuOptions::default())?;
+                let shadow_maps = ShadowMapOptions { for_eye: true, ..ShadowMapOptions::default() };
+                let options = GpuOptions { shadow_maps, ..GpuOptions::default() };
+                let runtime = GpuRuntime::new(device, queue, Arc::clone(&baked), options)?;
                 let (geometry, shadow_maps, grid) =
                     (runtime.geometry(), runtime.shadow_maps(), runtime.grid());
                 let renderer = GpuRenderer::new(device, queue, baked, geometry, shadow_maps, grid)?;
@@ -194,6 +196,10 @@ impl GpuStudio {
         if self.renderer.shows_whole_grid(view) {
             self.runtime.step(&FrameInput { whole_grid: true, ..FrameInput::default() });
         }
+        let GpuDevice { device, queue, .. } = &self.gpu;
+        let mut encoder = device.create_command_encoder(&Default::default());
+        self.runtime.fit_shadows(camera, &mut encoder);
+        queue.submit([encoder.finish()]);
         let image = self.renderer.still(&LitScene::of(&self.runtime), camera, view, options.samples);
         self.gpu.check()?;
         Ok(image?)

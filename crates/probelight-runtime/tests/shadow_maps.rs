@@ -12,9 +12,9 @@ use std::sync::Arc;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_math::sampling::Rng;
 use probelight_runtime::gpu::ShadowMapOptions;
-use probelight_scene::{AlphaMode, Light, Material, Scene, Texture, TextureSlot, load_gltf};
+use probelight_scene::{AlphaMode, Camera, Light, Material, Scene, Texture, TextureSlot, load_gltf};
 use probelight_trace::{Ray, Tracer, shadow_ray};
-use shadow_probe::{Sample, map_visibility};
+use shadow_probe::{Sample, map_visibility, visibility_for};
 
 /// Points for each scene and light.
 const SAMPLES: usize = 20_000;
@@ -241,6 +241,42 @@ fn no_sun_reaches_the_sealed_room() {
     let outside = &outside[..SAMPLES];
     let by_maps = map_visibility(gpu, &scene, &suns[..1], outside, options);
     assert!(reached(&suns[0], outside, &by_maps[0]) > 0, "it is not that the sun never shines");
+}
+
+#[test]
+fn shadows_before_an_eye_are_sharper_than_the_scenes() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let scene = bundled("atrium.glb");
+    let tracer = Tracer::new(Arc::clone(&scene));
+    let eye = |target| Camera {
+        name: "eye".into(),
+        position: Vec3::new(2.5, 1.6, 1.0),
+        target,
+        up: Vec3::Y,
+        vertical_fov: 0.8,
+        width: 640,
+        height: 480,
+    };
+    let before = eye(Vec3::new(0.0, 0.6, 0.0));
+    let is_seen = |camera: &Camera, sample: &Sample| {
+        let offset = sample.position - camera.position;
+        let forward = (camera.target - camera.position).normalize();
+        offset.length() < 3.0 && offset.normalize().dot(forward) > 0.92
+    };
+    let mut samples = surface_samples(&scene, 2_000_000);
+    samples.retain(|sample| is_seen(&before, sample) && !is_hidden(&tracer, sample));
+    let options = ShadowMapOptions { resolution: 1024, for_eye: true, ..ShadowMapOptions::default() };
+    let light = [ATRIUM_SUN];
+    let wrong = |eye: Option<&Camera>| {
+        let by_maps = visibility_for(gpu, &scene, &light, &samples, options, eye);
+        compare(&tracer, &light[0], &samples, &by_maps[0]).share
+    };
+    let (scenes, fitted) = (wrong(None), wrong(Some(&before)));
+    assert!(scenes > 0.01, "{scenes}: there are borders of shadows");
+    assert!(fitted < 0.4 * scenes, "{fitted} where the scene's maps have {scenes}");
+    // One that looks away has nothing to do with what lies there.
+    let away = wrong(Some(&eye(Vec3::new(20.0, 1.6, 8.0))));
+    assert!((away / scenes - 1.0).abs() < 0.2, "{away} where the scene's maps have {scenes}");
 }
 
 #[test]

@@ -92,7 +92,7 @@ fn direct_light(surface: Surface) -> vec3f {
         let cosine = dot(surface.normal, arriving.to_light);
         let faces_light = dot(surface.face_normal, arriving.to_light) > 0.0 && cosine > 0.0;
         if faces_light && any(arriving.irradiance > vec3f(0.0)) {
-            let visible = light_visibility(light, surface.position, surface.face_normal);
+            let visible = light_visibility_for_eye(light, surface.position, surface.face_normal);
             sum += visible * cosine * arriving.irradiance * brdf(surface, arriving.to_light);
         }
     }

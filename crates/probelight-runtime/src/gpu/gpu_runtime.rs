@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
-use probelight_scene::Lighting;
+use probelight_scene::{Camera, Lighting};
 
 use super::blend_borders::BlendBorders;
 use super::choose_work::ChooseWork;
@@ -269,6 +269,13 @@ impl GpuRuntime {
         let _left_out = self.upload_objects();
         let Self { device, queue, geometry, moving, .. } = self;
         self.shadow_maps.encode_with_objects(device, queue, encoder, geometry, moving, self.moved);
+    }
+
+    /// Draws the shadow maps of directional lights that are fitted to what a camera sees, for the picture of the same submission;
+    /// see [`ShadowMaps::fit_to_eye`].
+    pub fn fit_shadows(&mut self, eye: &Camera, encoder: &mut wgpu::CommandEncoder) {
+        let Self { device, queue, geometry, moving, .. } = self;
+        self.shadow_maps.fit_to_eye(device, queue, encoder, geometry, moving, eye);
     }
 
     /// Encodes one stage by the [present plan](Self::plan). A frame is all of them, in order.

@@ -21,8 +21,8 @@ use super::moving_geometry::PlacementRecord;
 use super::reflection::{Layout, Partners, parse, record, workgroup_size, write_for_direct3d_and_metal};
 use super::shaders;
 use super::shadow_views::{
-    DIRECTIONAL_LIGHT, DIRECTIONAL_VIEWS_PER_SIDE, GUARD_TEXELS, LightRecord, LightsRecord, MAX_SHADOW_VIEWS,
-    POINT_LIGHT, SPOT_LIGHT, ShadowViewRecord,
+    DIRECTIONAL_LIGHT, DIRECTIONAL_VIEWS_PER_SIDE, EYE_VIEWS, GUARD_TEXELS, LightRecord, LightsRecord,
+    MAX_SHADOW_VIEWS, NO_VIEW, POINT_LIGHT, SPOT_LIGHT, ShadowViewRecord,
 };
 use super::stage_shaders::STAGE_SHADERS;
 use super::surfel_groups::{GroupRecord, Levels};
@@ -142,7 +142,7 @@ fn records() -> Vec<(&'static str, Layout)> {
         record!(ChangeTerm as "ChangeTerm" { source, weight }),
         record!(LightRecord as "Light" {
             position, kind, direction, first_view, intensity, cone_scale, cos_outer, view_count,
-            inverse_squared_range, unused,
+            inverse_squared_range, eye_view,
         }),
         record!(LightsRecord as "Lights" { list, count, unused }),
         record!(ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),
@@ -192,6 +192,8 @@ fn partners() -> Partners {
             ("MAX_SHADOW_VIEWS", MAX_SHADOW_VIEWS as f64),
             ("DIRECTIONAL_VIEWS_PER_SIDE", f64::from(DIRECTIONAL_VIEWS_PER_SIDE)),
             ("GUARD_TEXELS", f64::from(GUARD_TEXELS)),
+            ("EYE_VIEWS", EYE_VIEWS as f64),
+            ("NO_VIEW", f64::from(NO_VIEW)),
             ("DIRECTIONAL_LIGHT", f64::from(DIRECTIONAL_LIGHT)),
             ("POINT_LIGHT", f64::from(POINT_LIGHT)),
             ("SPOT_LIGHT", f64::from(SPOT_LIGHT)),
@@ -212,6 +214,7 @@ fn partners() -> Partners {
             "NO_OBJECT",
             // How shadow maps are looked up.
             "FILTER_REACH",
+            "EYE_BLEND",
             "LEAST_BIAS",
             "STEEPEST",
             "CONTACT_RANGE",

@@ -6,14 +6,16 @@
 //! copy of it.
 
 use bytemuck::Zeroable;
-use probelight_scene::Light;
+use probelight_scene::{Camera, Light};
 
 use super::bindings::{UNIFORM, bind, layout};
 use super::cast_shadows::{Caster, DEPTH_FORMAT};
 use super::device::{GpuError, checked};
 use super::moving_geometry::MovingGeometry;
 use super::scene_geometry::SceneGeometry;
-use super::shadow_views::{LightsRecord, MAX_SHADOW_VIEWS, ShadowViewRecord, light_records, view_count};
+use super::shadow_views::{
+    LightsRecord, MAX_SHADOW_VIEWS, ShadowViewRecord, eye_view_count, eye_views, light_records, view_count,
+};
 
 /// How fine shadow maps are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,12 +25,15 @@ pub struct ShadowMapOptions {
     /// Most memory for all views, bytes. With more views the resolution is halved until they fit, but not
     /// below 64.
     pub memory: u64,
+    /// Whether directional lights have two more views, which [`fit_to_eye`](ShadowMaps::fit_to_eye) fits to what a camera
+    /// sees: for pictures with sharp shadows nearby.
+    pub for_eye: bool,
 }
 
 impl Default for ShadowMapOptions {
-    /// 2048 texels: a centimetre for a sun over forty metres. 512 MiB hold 32 such views.
+    /// 2048 texels: a centimetre for a sun over forty metres. 512 MiB hold 32 such views. None for the eye.
     fn default() -> Self {
-        Self { resolution: 2048, memory: 512 << 20 }
+        Self { resolution: 2048, memory: 512 << 20, for_eye: false }
     }
 }
 
@@ -62,6 +67,15 @@ pub struct ShadowMaps {
     maps: Maps,
     /// The maps without objects, once there were any.
     still: Option<wgpu::Texture>,
+    eye: EyeViews,
+}
+
+/// The views that are fitted to an eye.
+#[derive(Debug, Default)]
+struct EyeViews {
+    records: Vec<ShadowViewRecord>,
+    /// Whether they show something else than was drawn last.
+    are_stale: bool,
 }
 
 /// What depends on the number of views.
@@ -100,6 +114,7 @@ impl ShadowMaps {
                 caster,
                 maps,
                 still: None,
+                eye: EyeViews::default(),
             })
         })
     }
@@ -134,7 +149,8 @@ impl ShadowMaps {
         if lights == self.lights {
             return Ok(());
         }
-        let needed = view_count(lights);
+        let shared = view_count(lights);
+        let needed = shared + if self.options.for_eye { eye_view_count(lights) } else { 0 };
         if needed > MAX_SHADOW_VIEWS {
             return Err(GpuError::TooManyLights { lights: lights.len(), needed, limit: MAX_SHADOW_VIEWS });
         }
@@ -145,14 +161,61 @@ impl ShadowMaps {
                 Ok(Maps::new(device, &self.layout, buffers, resolution, needed))
             })?;
         }
-        let (records, views) = light_records(lights, &geometry.bounds, resolution);
+        let (records, views) = light_records(lights, &geometry.bounds, resolution, self.options.for_eye);
         let mut record = LightsRecord { count: records.len() as u32, ..LightsRecord::zeroed() };
         record.list[..records.len()].copy_from_slice(&records);
         queue.write_buffer(&self.light_buffer, 0, bytemuck::bytes_of(&record));
         queue.write_buffer(&self.view_buffer, 0, bytemuck::cast_slice(&views));
         self.lights = lights.to_vec();
         self.is_stale = true;
+        // Until an eye says what it sees, nothing lies in its views.
+        self.eye.records.clear();
+        self.set_eye(queue, geometry, None);
         Ok(())
+    }
+
+    /// Gives the views for the eye another place. Nothing happens if it is the same.
+    fn set_eye(&mut self, queue: &wgpu::Queue, geometry: &SceneGeometry, eye: Option<&Camera>) {
+        if !self.options.for_eye {
+            return;
+        }
+        let views = eye_views(&self.lights, &geometry.bounds, self.maps.texture.width(), eye);
+        if views != self.eye.records {
+            let first = view_count(&self.lights) * size_of::<ShadowViewRecord>();
+            queue.write_buffer(&self.view_buffer, first as u64, bytemuck::cast_slice(&views));
+            self.eye = EyeViews { records: views, are_stale: true };
+        }
+    }
+
+    /// Draws the maps of directional lights that are fitted to what a camera sees, if it sees something else than before, or
+    /// lights or objects changed. Goes between [`encode_with_objects`](Self::encode_with_objects) and the picture; of one
+    /// submission only the last eye counts. Without [`ShadowMapOptions::for_eye`] there are none.
+    pub fn fit_to_eye(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        geometry: &SceneGeometry,
+        moving: &MovingGeometry,
+        eye: &Camera,
+    ) {
+        self.set_eye(queue, geometry, Some(eye));
+        if !std::mem::replace(&mut self.eye.are_stale, false) {
+            return;
+        }
+        let first = view_count(&self.lights);
+        let objects = (moving.count > 0).then(|| self.caster.bind_objects(device, queue, moving));
+        for (view, layer) in self.maps.layers.iter().enumerate().skip(first) {
+            self.caster.draw(encoder, geometry, layer, view as u32);
+            if let Some(bound) = &objects {
+                self.caster.draw_objects(encoder, moving, bound, layer, view as u32);
+            }
+        }
+    }
+
+    /// The layers that do not depend on who looks.
+    fn shared_layers(&self) -> &[wgpu::TextureView] {
+        &self.maps.layers[..view_count(&self.lights)]
     }
 
     /// Draws the maps if lights changed since they were drawn last.
@@ -160,9 +223,10 @@ impl ShadowMaps {
         if !std::mem::replace(&mut self.is_stale, false) {
             return;
         }
-        for (view, layer) in self.maps.layers.iter().enumerate() {
+        for (view, layer) in self.shared_layers().iter().enumerate() {
             self.caster.draw(encoder, geometry, layer, view as u32);
         }
+        self.eye.are_stale = true;
         self.still = None;
     }
 
@@ -181,6 +245,7 @@ impl ShadowMaps {
         if !(are_new || moved) || self.maps.layers.is_empty() {
             return;
         }
+        self.eye.are_stale = true;
         let all = self.maps.texture.size();
         match &self.still {
             Some(still) => {
@@ -203,7 +268,7 @@ impl ShadowMaps {
         }
         if moving.count > 0 {
             let bound = self.caster.bind_objects(device, queue, moving);
-            for (view, layer) in self.maps.layers.iter().enumerate() {
+            for (view, layer) in self.shared_layers().iter().enumerate() {
                 self.caster.draw_objects(encoder, moving, &bound, layer, view as u32);
             }
         }
@@ -283,9 +348,9 @@ mod tests {
 
     #[test]
     fn many_views_share_the_memory() {
-        let options = ShadowMapOptions { resolution: 2048, memory: 512 << 20 };
+        let options = ShadowMapOptions::default();
         assert_eq!([1, 32, 33, 256].map(|views| options.resolution_of(views)), [2048, 2048, 1024, 512]);
-        let tiny = ShadowMapOptions { resolution: 1, memory: 0 };
+        let tiny = ShadowMapOptions { resolution: 1, memory: 0, ..options };
         assert_eq!(tiny.resolution_of(256), 64);
     }
 }

@@ -26,7 +26,8 @@ struct Light {
     view_count: u32,
     // 1 / range², 1/m²; 0 for light without end.
     inverse_squared_range: f32,
-    unused: u32,
+    // The first of its shadow maps that are fitted to the view of the eye, or NO_VIEW.
+    eye_view: u32,
 }
 
 struct Lights {

@@ -39,10 +39,47 @@ const CONTACT_RANGE = 4.0;
 // A point against a wall is lit if at least this share of the texels around the foot of the wall is.
 const LIT_SHARE_AT_WALLS = 0.25;
 
+// A directional light has so many views that are fitted to the view of the eye, from fine to coarse; and what stands for
+// none.
+const EYE_VIEWS = 2u;
+const NO_VIEW = 0xffffffffu;
+
+// Where a fine view gives way to a coarser one: share of its half width.
+const EYE_BLEND = 0.15;
+
 // Visibility of a light from a point on a surface, 0 to 1; `normal` is the unit geometric normal on the point's
 // side. The surface must face the light.
 fn light_visibility(light: Light, position: vec3f, normal: vec3f) -> f32 {
-    let index = shadow_view_at(light, position);
+    return visibility_in(shadow_view_at(light, position), light, position, normal);
+}
+
+// The same from views that are fitted to the view of the eye, as far as they reach: for pictures. What lights the scene
+// must not depend on who looks.
+fn light_visibility_for_eye(light: Light, position: vec3f, normal: vec3f) -> f32 {
+    if light.eye_view == NO_VIEW {
+        return light_visibility(light, position, normal);
+    }
+    let core = 1.0 - 2.0 * f32(GUARD_TEXELS) / f32(textureDimensions(shadow_maps).x);
+    var visibility = 0.0;
+    // Share of the views that are still to be asked.
+    var left = 1.0;
+    for (var i = 0u; i < EYE_VIEWS; i++) {
+        let index = light.eye_view + i;
+        let clip = abs(shadow_views[index].clip_from_world * vec4f(position, 1.0));
+        let share = left * saturate((core - max(clip.x, clip.y)) / EYE_BLEND);
+        if share > 0.0 {
+            visibility += share * visibility_in(index, light, position, normal);
+            left -= share;
+        }
+    }
+    if left > 0.0 {
+        visibility += left * light_visibility(light, position, normal);
+    }
+    return visibility;
+}
+
+// Visibility in one of a light's views.
+fn visibility_in(index: u32, light: Light, position: vec3f, normal: vec3f) -> f32 {
     let view = shadow_views[index];
     var texel_width = view.texel_width;
     if light.kind != DIRECTIONAL_LIGHT {

@@ -2,8 +2,10 @@
 
 use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::readback::read_buffer;
-use probelight_runtime::gpu::{GpuDevice, SceneGeometry, ShadowMapOptions, ShadowMaps, shaders};
-use probelight_scene::{Light, Scene};
+use probelight_runtime::gpu::{
+    GpuDevice, MovingGeometry, SceneGeometry, ShadowMapOptions, ShadowMaps, shaders,
+};
+use probelight_scene::{Camera, Light, Scene};
 use wgpu::util::DeviceExt;
 
 /// A point on one side of a surface.
@@ -22,7 +24,7 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {
     let count = arrayLength(&samples);
     if id.x < count {
         let sample = samples[id.x];
-        visibility[id.y * count + id.x] = light_visibility(lights.list[id.y], sample[0].xyz, sample[1].xyz);
+        visibility[id.y * count + id.x] = light_visibility_for_eye(lights.list[id.y], sample[0].xyz, sample[1].xyz);
     }
 }
 ";
@@ -34,6 +36,18 @@ pub(crate) fn map_visibility(
     lights: &[Light],
     samples: &[Sample],
     options: ShadowMapOptions,
+) -> Vec<Vec<f32>> {
+    visibility_for(gpu, scene, lights, samples, options, None)
+}
+
+/// The same for a picture of a camera.
+pub(crate) fn visibility_for(
+    gpu: &GpuDevice,
+    scene: &Scene,
+    lights: &[Light],
+    samples: &[Sample],
+    options: ShadowMapOptions,
+    eye: Option<&Camera>,
 ) -> Vec<Vec<f32>> {
     let GpuDevice { device, queue, .. } = gpu;
     let geometry = SceneGeometry::new(device, queue, scene).unwrap();
@@ -57,6 +71,10 @@ pub(crate) fn map_visibility(
 
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     maps.encode(&mut encoder, &geometry);
+    if let Some(eye) = eye {
+        let nothing_moves = MovingGeometry::new(device);
+        maps.fit_to_eye(device, queue, &mut encoder, &geometry, &nothing_moves, eye);
+    }
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
     pass.set_pipeline(&pipeline);
     pass.set_bind_group(0, maps.bind_group(), &[]);

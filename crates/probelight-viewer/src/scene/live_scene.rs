@@ -7,7 +7,9 @@ use std::sync::Arc;
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 use probelight_render::gpu::{GpuRenderer, LitScene, PictureTarget, ViewOptions};
-use probelight_runtime::gpu::{FrameTimestamps, GpuDevice, GpuError, GpuOptions, GpuRuntime};
+use probelight_runtime::gpu::{
+    FrameTimestamps, GpuDevice, GpuError, GpuOptions, GpuRuntime, ShadowMapOptions,
+};
 use probelight_runtime::{FrameInput, ObjectId};
 use probelight_scene::{AnimatedModel, Camera, Light, Lighting, Object, Scene, Sky};
 use probelight_trace::Tracer;
@@ -50,7 +52,9 @@ impl LiveScene {
     /// # Errors
     /// If the GPU cannot hold it.
     pub fn new(gpu: &GpuDevice, baked: Arc<BakedScene>, is_baked: bool) -> Result<Self, GpuError> {
-        let runtime = GpuRuntime::new(&gpu.device, &gpu.queue, Arc::clone(&baked), GpuOptions::default())?;
+        let shadow_maps = ShadowMapOptions { for_eye: true, ..ShadowMapOptions::default() };
+        let options = GpuOptions { shadow_maps, ..GpuOptions::default() };
+        let runtime = GpuRuntime::new(&gpu.device, &gpu.queue, Arc::clone(&baked), options)?;
         let renderer = GpuRenderer::new(
             &gpu.device,
             &gpu.queue,
@@ -160,6 +164,7 @@ impl LiveScene {
     pub fn draw(&mut self, target: &PictureTarget, camera: &Camera, options: ViewOptions) {
         let Self { gpu, runtime, renderer, .. } = self;
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        runtime.fit_shadows(camera, &mut encoder);
         renderer.draw(&mut encoder, target, &LitScene::of(runtime), camera, options);
         gpu.queue.submit([encoder.finish()]);
     }
