@@ -7,25 +7,24 @@
 //! | [`picture`] | from a lit scene to a picture in the window |
 //! | [`panels`] | what lies around the picture |
 //! | [`handles`], [`overlays`], [`mouse`] | what lies over it |
-//! | [`app`] | [`Viewer`]: events in, actions done, picture out; `requests` does what files and threads need |
+//! | [`viewer`] | [`Viewer`]: events in, actions done, picture out |
 //! | [`run`](mod@run) | the program's window |
 //! | [`messages`], [`settings`] | what the window tells, and what it remembers |
 //!
 //! Panels, keys, the mouse, arguments and tests all speak [`Action`](state::Action)s. A frame takes what happened, does what
 //! was asked for, and lights and draws the scene only if something changed.
 
-pub mod app;
 pub mod handles;
 pub mod messages;
 pub mod mouse;
 pub mod overlays;
 pub mod panels;
 pub mod picture;
-mod requests;
 pub mod run;
 pub mod scene;
 pub mod settings;
 pub mod state;
+pub mod viewer;
 
-pub use app::{Viewer, ViewerOptions};
 pub use run::{WindowError, WindowOptions, has_display, run};
+pub use viewer::{Viewer, ViewerOptions};

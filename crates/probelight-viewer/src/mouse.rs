@@ -152,7 +152,7 @@ fn wheel(
 
 /// What keys do once, when nobody writes text.
 pub fn pressed(context: &Context) -> Vec<Action> {
-    if context.egui_wants_keyboard_input() {
+    if context.text_edit_focused() {
         return Vec::new();
     }
     let bindings = crate::state::keys::bindings();
@@ -164,10 +164,12 @@ pub fn pressed(context: &Context) -> Vec<Action> {
 
 /// What keys do while they are held, in some seconds. Nothing while somebody writes text.
 pub fn held(context: &Context, state: &State, seconds: f32) -> Vec<Action> {
-    if context.egui_wants_keyboard_input() {
+    if context.text_edit_focused() {
         return Vec::new();
     }
     let (flight, push) = context.input(|input| (flight(input), push(input)));
+    // Arrows belong to what has the keyboard's focus, such as a slider.
+    let push = if context.egui_wants_keyboard_input() { Vec3::ZERO } else { push };
     let step = state.diagonal / SECONDS_ACROSS * seconds * state.view.speed;
     let mut actions = Vec::new();
     if flight != Vec3::ZERO {

@@ -5,7 +5,7 @@ use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupExisting};
 use eframe::wgpu::PresentMode;
 use probelight_runtime::gpu::GpuDevice;
 
-use crate::app::{Viewer, ViewerOptions};
+use crate::viewer::{Viewer, ViewerOptions};
 
 /// Why there is no window.
 #[derive(Debug, thiserror::Error)]

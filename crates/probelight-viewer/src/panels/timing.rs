@@ -55,7 +55,7 @@ fn graph(ui: &mut Ui, state: &State, times: &FrameTimes) {
 
 fn stages(ui: &mut Ui, times: &FrameTimes, work: Work, memory: u64, actions: &mut Actions) {
     let interval = times.mean_interval().map(|interval| interval.as_secs_f64() * 1e3);
-    Grid::new("stages").num_columns(4).striped(true).show(ui, |ui| {
+    Grid::new("stages").num_columns(4).min_col_width(80.0).striped(true).show(ui, |ui| {
         ui.label("frame");
         ui.monospace(interval.map_or("–".into(), |ms| format!("{ms:.2} ms")));
         ui.label("receivers");

@@ -6,6 +6,7 @@ use eframe::egui::Context;
 use probelight_bake::{BakeError, BakeOptions, bake};
 use probelight_runtime::gpu::GpuDevice;
 use probelight_scene::Scene;
+use probelight_trace::Progress;
 
 use super::live_scene::LiveScene;
 use super::loader::{Loaded, Loader};
@@ -30,10 +31,13 @@ impl RunningBake {
         let progress = BackgroundProgress::new(context);
         let (watcher, scene, gpu) = (Arc::clone(&progress), Arc::clone(scene), gpu.clone());
         loader.run(move || match bake(scene, &options, None, &*watcher) {
-            Ok(baked) => match LiveScene::new(&gpu, Arc::new(baked), true) {
-                Ok(live) => Loaded::Baked(Box::new(live)),
-                Err(error) => Loaded::Failed(format!("the bake is done, but cannot be shown: {error}")),
-            },
+            Ok(baked) => {
+                watcher.begin("uploading", 1);
+                match LiveScene::new(&gpu, Arc::new(baked), true) {
+                    Ok(live) => Loaded::Baked(Box::new(live)),
+                    Err(error) => Loaded::Failed(format!("the bake is done, but cannot be shown: {error}")),
+                }
+            }
             Err(BakeError::Cancelled) => Loaded::Cancelled,
             Err(error) => Loaded::Failed(format!("the scene cannot be baked: {error}")),
         });

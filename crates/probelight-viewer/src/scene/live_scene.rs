@@ -86,7 +86,8 @@ impl LiveScene {
         let ViewState { time, muted, camera, .. } = view;
         let mut lighting = audible(document, muted, *time);
         if self.has_headlight(document) {
-            let intensity = Vec3::splat(self.scene().bounds().diagonal().powi(2));
+            // About as bright as the sky that such a scene gets, seen from as far as the whole of it is.
+            let intensity = Vec3::splat(8.0 * self.scene().bounds().diagonal().powi(2));
             lighting.lights.push(Light::Point { position: camera.position, intensity, range: None });
         }
         let lighting = self.runtime.set_lighting(lighting);
@@ -160,11 +161,17 @@ impl LiveScene {
         self.gpu.queue.submit([encoder.finish()]);
     }
 
+    /// Draws the shadows of suns as fine as they are seen by a camera.
+    pub fn fit_shadows(&mut self, camera: &Camera) {
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.runtime.fit_shadows(camera, &mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+
     /// Draws what the camera sees. A submission of its own, as only one picture can be in each.
     pub fn draw(&mut self, target: &PictureTarget, camera: &Camera, options: ViewOptions) {
         let Self { gpu, runtime, renderer, .. } = self;
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        runtime.fit_shadows(camera, &mut encoder);
         renderer.draw(&mut encoder, target, &LitScene::of(runtime), camera, options);
         gpu.queue.submit([encoder.finish()]);
     }

@@ -48,7 +48,7 @@ pub fn bindings() -> Vec<Binding> {
         binding(plain, Key::X, Action::ToggleExposure, "automatic exposure, or as it is now"),
         binding(plain, Key::Home, Action::Home, "the first camera"),
         binding(plain, Key::K, Action::KeepCamera, "keep this place as a camera"),
-        binding(plain, Key::Tab, Action::TogglePanels, "all panels, or none"),
+        binding(plain, Key::H, Action::TogglePanels, "all panels, or none"),
         binding(plain, Key::F12, Action::Request(Request::Screenshot), "save the picture"),
         binding(plain, Key::Escape, Action::Deselect, "select nothing"),
         binding(ctrl, Key::Q, Action::Request(Request::Quit), "quit"),

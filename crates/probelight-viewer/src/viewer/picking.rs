@@ -1,0 +1,111 @@
+//! What is at a place.
+
+use std::sync::Arc;
+use std::sync::mpsc::channel;
+
+use half::f16;
+use probelight_math::glam::{Vec2, Vec3};
+use probelight_runtime::gpu::GpuError;
+use probelight_runtime::gpu::readback::read_texture_async;
+use probelight_trace::{Ray, Tracer};
+
+use super::{PickAnswers, Viewer};
+use crate::panels::lightmap::LightmapPage;
+use crate::panels::picked::PickedLight;
+use crate::scene::live_scene::{LiveScene, audible};
+use crate::scene::pending::{Pending, take_ready};
+use crate::scene::pick::{Picked, pick, reference_at};
+use crate::state::{Action, Selection};
+
+impl Viewer {
+    pub(super) fn picked_place(&self) -> Option<Vec3> {
+        match &self.picked.as_ref()?.picked {
+            Picked::Nothing => None,
+            Picked::Object(_, place) => Some(*place),
+            Picked::Surface(surface) => Some(surface.position),
+        }
+    }
+
+    /// Finds out what is at a pixel, and asks for its light.
+    pub(super) fn pick(&mut self, pixel: Vec2) {
+        let Some(live) = &self.live else { return };
+        let picked = pick(live, &self.state.view.camera, pixel);
+        let view = &self.state.view;
+        let lighting = audible(&self.state.document, &view.muted, view.time);
+        let mut direct = Vec::new();
+        self.pick_answers = PickAnswers::default();
+        if let Picked::Surface(surface) = &picked {
+            let place = (surface.position, surface.normal);
+            direct = lighting.lights.iter().map(|light| direct_at(&live.tracer, light, place)).collect();
+            let (sender, receiver) = channel();
+            let (tracer, colors) = (Arc::clone(&live.tracer), self.state.document.materials.clone());
+            let context = self.context.clone();
+            std::thread::spawn(move || {
+                // Nobody listens if another place was picked.
+                let _ = sender.send(reference_at(&tracer, &colors, lighting, place));
+                context.request_repaint();
+            });
+            self.pick_answers.reference = Some(receiver);
+            if surface.light.is_some() {
+                let (device, queue) = (self.gpu.device.clone(), self.gpu.queue.clone());
+                let texture = live.runtime.buffers().lightmap.clone();
+                self.pick_answers.texel =
+                    Some(Pending::new(async move { read_texture_async(&device, &queue, &texture).await }));
+            }
+        }
+        if let Picked::Object(item, _) = picked {
+            self.state.act(Action::Select(Selection::Object(item)));
+        }
+        let is_tracing = self.pick_answers.reference.is_some();
+        self.picked = Some(PickedLight { picked, direct, lightmap: None, reference: None, is_tracing });
+        self.show_picked();
+    }
+
+    /// Takes what the GPU and the path tracer have said meanwhile.
+    pub(crate) fn take_answers(&mut self) {
+        if let Some(Ok(bytes)) = take_ready(&mut self.lightmap_answer)
+            && let Some(live) = &self.live
+        {
+            let irradiance = bytes.chunks_exact(8).map(texel).collect();
+            let width = live.baked.lightmap.width as usize;
+            self.lightmap = Some(LightmapPage::new(&self.context, width, irradiance, self.state.shown_ev));
+        }
+        let Some(light) = &mut self.picked else { return };
+        if let Some(answer) = take_ready(&mut self.pick_answers.texel) {
+            light.lightmap = lightmap_at(light, self.live.as_ref(), answer);
+        }
+        if let Some(Ok(reference)) = self.pick_answers.reference.as_ref().map(|receiver| receiver.try_recv())
+        {
+            light.reference = reference;
+            light.is_tracing = false;
+            self.pick_answers.reference = None;
+        }
+    }
+}
+
+/// Irradiance of one light at a place, with shadows, W/m².
+fn direct_at(tracer: &Tracer, light: &probelight_scene::Light, (position, normal): (Vec3, Vec3)) -> Vec3 {
+    let Some(arriving) = light.illuminate(position) else { return Vec3::ZERO };
+    let cosine = normal.dot(arriving.to_light);
+    let origin = tracer.off_surface(position, normal);
+    let mut ray = Ray::new(origin, arriving.to_light);
+    ray.max_distance = arriving.distance;
+    if cosine <= 0.0 || tracer.is_occluded(&ray) { Vec3::ZERO } else { arriving.irradiance * cosine }
+}
+
+/// Irradiance of the lightmap at the picked texel.
+fn lightmap_at(
+    light: &PickedLight,
+    live: Option<&LiveScene>,
+    answer: Result<Vec<u8>, GpuError>,
+) -> Option<Vec3> {
+    let Picked::Surface(surface) = &light.picked else { return None };
+    let [x, y] = surface.light.as_ref()?.texel;
+    let index = y as usize * live?.baked.lightmap.width as usize + x as usize;
+    answer.ok()?.chunks_exact(8).nth(index).map(texel)
+}
+
+/// Red, green and blue of a texel of half floats.
+fn texel(bytes: &[u8]) -> Vec3 {
+    Vec3::from([0, 1, 2].map(|c| f16::from_le_bytes([bytes[2 * c], bytes[2 * c + 1]]).to_f32()))
+}
