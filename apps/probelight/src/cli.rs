@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand};
 
 #[cfg(feature = "window")]
 use crate::commands::view;
-use crate::commands::{bake, bench, completions, demo, eval, eval_lod, info, man, reference, render};
+use crate::commands::{bake, bench, completions, demo, eval, eval_lod, export, info, man, reference, render};
 use crate::console::Console;
 
 const TOUR: &str = "\
@@ -54,9 +54,11 @@ pub(crate) enum Command {
     Info(info::Flags),
     /// Picture of a baked file, or of a scene, under given lights
     Render(render::Flags),
-    /// Fly through a baked file in a window, and move its light
+    /// Look at a scene in a window: move its lights and objects, bake it, compare it with the truth
     #[cfg(feature = "window")]
     View(view::Flags),
+    /// Write a baked scene for other programs: glTF, and its light as a lightmap
+    Export(export::Flags),
     /// Path-traced truth: a picture, or irradiance at given points (slow)
     Reference(reference::Flags),
     /// Measure a baked file's error against reference points
@@ -89,6 +91,7 @@ impl Command {
             Self::View(flags) => view::run(&flags, console),
             Self::Reference(flags) => reference::run(flags, console),
             Self::Eval(flags) => eval::run(&flags, console),
+            Self::Export(flags) => export::run(&flags, console),
             Self::EvalLod(flags) => eval_lod::run(&flags, console),
             Self::Bench(flags) => bench::run(&flags, console),
             Self::Completions(flags) => completions::run(&flags),

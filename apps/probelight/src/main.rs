@@ -12,6 +12,7 @@ mod cli;
 mod commands;
 mod console;
 mod error_map;
+mod export;
 mod input;
 mod interrupt;
 mod lod_flag;

@@ -35,12 +35,21 @@ pub(crate) struct Flags {
     /// Exposure, as a power of two [default: from the brightness of the picture, all the time]
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = super::render::finite)]
     exposure: Option<f32>,
+    /// Share of the window's pixels, along each side, that are drawn [default: 1, with a driver in software 0.5]
+    #[arg(long, value_name = "SHARE", value_parser = resolution)]
+    resolution: Option<f32>,
     /// Frames do not wait for the display
     #[arg(long)]
     no_vsync: bool,
     /// Part of the name of the GPU to use [default: the fastest kind there is]
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
+}
+
+/// Parses a share of the window's pixels.
+fn resolution(text: &str) -> anyhow::Result<f32> {
+    let share = text.parse().ok().filter(|share| (0.1..=1.0).contains(share));
+    share.context("expected a number from 0.1 to 1")
 }
 
 /// The keys and what they do, for the command's help.
@@ -70,6 +79,7 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
         setup: flags.setup.clone(),
         camera: flags.camera.clone(),
         exposure: flags.exposure,
+        resolution: flags.resolution,
         objects: flags.objects.objects.clone(),
         ..options()
     };

@@ -36,7 +36,7 @@ impl Viewer {
         }
         let Some(live) = live else { return };
         if panels.scene {
-            let panel = Panel::left("scene").resizable(true).default_size(300.0).min_size(220.0);
+            let panel = Panel::left("scene").resizable(true).default_size(330.0).min_size(220.0);
             panel.show(ui, |ui| panels::scene::show(ui, state, live.scene(), &live.models, actions));
         }
         if panels.settings {

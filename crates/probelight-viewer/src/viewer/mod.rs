@@ -58,6 +58,8 @@ pub struct ViewerOptions {
     pub camera: Option<String>,
     /// Exposure to begin with, as a power of two.
     pub exposure: Option<f32>,
+    /// Share of the window's pixels, along each side, that are drawn; half of them on a driver in software if this is absent.
+    pub resolution: Option<f32>,
     /// Objects besides those of the setup.
     pub objects: Vec<ObjectPath>,
     /// What "+ ball" adds: the name of its file, and its bytes.
@@ -152,7 +154,7 @@ impl Viewer {
         let mut state = State::new(document, first_camera(), 1.0);
         state.view.caps_frames = !settings.runs_free;
         // A driver in software needs a second for a large picture.
-        state.view.resolution = if gpu.is_software() { 0.5 } else { 1.0 };
+        state.view.resolution = options.resolution.unwrap_or(if gpu.is_software() { 0.5 } else { 1.0 });
         if let Some(ev) = options.exposure {
             state.view.exposure = ExposureMode::Fixed(ev);
         }
