@@ -99,7 +99,7 @@ fn copy_and_remove(ui: &mut Ui, actions: &mut Actions) {
 }
 
 fn sky(ui: &mut Ui, state: &State, actions: &mut Actions) {
-    let mut sky = state.document.sky.clone();
+    let mut sky = state.document.sky;
     let mut is_gradient = matches!(sky, Sky::Gradient { .. });
     ui.horizontal(|ui| {
         ui.label("sky");

@@ -15,7 +15,7 @@ pub fn apply(live: &LiveScene, camera: &Camera, colors: TexelColors) {
     let extents = live.runtime.plan().clusters();
     match colors {
         TexelColors::Clusters => {
-            renderer.set_texel_colors(|cluster, _| GpuRenderer::color_of_number(cluster))
+            renderer.set_texel_colors(|cluster, _| GpuRenderer::color_of_number(cluster));
         }
         TexelColors::Ranks => renderer.set_texel_colors(|cluster, _| {
             let cluster = cluster as usize;

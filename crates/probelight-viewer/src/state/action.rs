@@ -5,14 +5,14 @@ use std::path::PathBuf;
 
 use probelight_bake::Quality;
 use probelight_math::glam::Vec3;
-use probelight_render::gpu::{GpuView, Shading};
+use probelight_render::gpu::GpuView;
 use probelight_scene::{Camera, Light, Placement};
 
 use super::camera_rig;
 use super::document::{Document, Selection, direction_of, position_of};
 use super::edit::Edit;
 use super::history::History;
-use super::view_state::{Compare, ExposureMode, ViewState};
+use super::view_state::ViewState;
 
 /// What somebody asks for.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,50 +143,13 @@ impl State {
 
     /// Does what is asked for; returns what others have to do.
     pub fn act(&mut self, action: Action) -> Option<Request> {
-        let Self { view, selection, .. } = self;
         match action {
+            Action::Request(request) => return Some(request),
             Action::Edit(edit) => self.edit(edit),
             Action::EndStep => self.history.close(),
             Action::Undo | Action::Redo => self.step(action == Action::Undo),
-            Action::Select(wanted) => *selection = wanted,
-            Action::Deselect => *selection = Selection::Nothing,
-            Action::View(wanted) => {
-                let Camera { width, height, .. } = view.camera;
-                *view = *wanted;
-                (view.camera.width, view.camera.height) = (width, height);
-            }
-            Action::Show(wanted) => view.options.view = wanted,
-            Action::ToggleIndirect => {
-                let is_full = view.options.view == GpuView::Full;
-                view.options.view = if is_full { GpuView::Direct } else { GpuView::Full };
-            }
-            Action::NextComparison => {
-                view.compare = match view.compare {
-                    Compare::Nothing => Compare::WithoutIndirect,
-                    Compare::WithoutIndirect => Compare::Reference,
-                    Compare::Reference => Compare::Nothing,
-                };
-            }
-            Action::ToggleShading => {
-                view.options.shading = match view.options.shading {
-                    Shading::Diffuse => Shading::Physical,
-                    Shading::Physical => Shading::Diffuse,
-                };
-            }
-            Action::TogglePlaying => view.is_playing = !view.is_playing,
-            Action::Brighten(stops) => view.exposure = ExposureMode::Fixed(self.shown_ev + stops),
-            Action::ToggleExposure => {
-                view.exposure = match view.exposure {
-                    ExposureMode::Automatic => ExposureMode::Fixed(self.shown_ev),
-                    ExposureMode::Fixed(_) => ExposureMode::Automatic,
-                };
-            }
-            Action::ToggleHelp => view.panels.help = !view.panels.help,
-            Action::TogglePanels => {
-                let panels = &mut view.panels;
-                let are_open = panels.scene || panels.settings || panels.timing;
-                (panels.scene, panels.settings, panels.timing) = (!are_open, !are_open, !are_open);
-            }
+            Action::Select(wanted) => self.selection = wanted,
+            Action::Deselect => self.selection = Selection::Nothing,
             Action::AddLamp => {
                 let position = self.place_ahead();
                 let intensity = Vec3::splat(self.lamp_strength());
@@ -207,13 +170,8 @@ impl State {
             Action::Nudge(offset) => self.nudge(offset),
             Action::LookFrom(camera) => self.look_from(camera),
             Action::Home => self.look_from(0),
-            Action::KeepCamera => {
-                let taken = |name: &str| self.document.cameras.iter().any(|camera| camera.name == name);
-                let names = (1..).map(|number| format!("view {number}"));
-                let name = names.into_iter().find(|name| !taken(name)).unwrap_or_default();
-                self.edit(Edit::SetCamera(Camera { name, ..self.view.camera.clone() }));
-            }
-            Action::Request(request) => return Some(request),
+            Action::KeepCamera => self.keep_camera(),
+            of_view => self.view.act(of_view, self.shown_ev),
         }
         None
     }
@@ -265,6 +223,13 @@ impl State {
         if !self.document.has(self.selection) {
             self.selection = Selection::Nothing;
         }
+    }
+
+    fn keep_camera(&mut self) {
+        let taken = |name: &str| self.document.cameras.iter().any(|camera| camera.name == name);
+        let names = (1..).map(|number| format!("view {number}"));
+        let name = names.into_iter().find(|name| !taken(name)).unwrap_or_default();
+        self.edit(Edit::SetCamera(Camera { name, ..self.view.camera.clone() }));
     }
 
     fn copy_selected(&mut self) {

@@ -101,7 +101,7 @@ impl Document {
             name: setup.name.clone(),
             scene: setup.scene.clone(),
             lights: Vec::new(),
-            sky: setup.lighting.sky.clone(),
+            sky: setup.lighting.sky,
             emissive_scale: setup.lighting.emissive_scale,
             materials: colored,
             objects: Vec::new(),
@@ -129,7 +129,7 @@ impl Document {
             scene: self.scene.clone(),
             lighting: Lighting {
                 lights: self.lights.iter().map(|entry| entry.light.clone()).collect(),
-                sky: self.sky.clone(),
+                sky: self.sky,
                 emissive_scale: self.emissive_scale,
             },
             cameras: self.cameras.clone(),
@@ -155,7 +155,7 @@ impl Document {
     pub fn lighting(&self, time: f32) -> Lighting {
         Lighting {
             lights: self.lights.iter().map(|entry| entry.motion.at(&entry.light, time)).collect(),
-            sky: self.sky.clone(),
+            sky: self.sky,
             emissive_scale: self.emissive_scale,
         }
     }

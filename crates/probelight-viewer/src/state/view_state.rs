@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use probelight_render::gpu::{Coloring, ViewOptions};
+use probelight_render::gpu::{Coloring, GpuView, Shading, ViewOptions};
 use probelight_runtime::LodSettings;
 use probelight_scene::Camera;
 
+use super::action::Action;
 use super::document::Item;
 
 /// What lies left of the divider.
@@ -165,6 +166,51 @@ impl ViewState {
             resolution: 1.0,
             caps_frames: true,
             panels: Panels { scene: true, settings: true, timing: true, lightmap: false, help: false },
+        }
+    }
+
+    /// Does what an action asks of the view. `shown_ev` is the exposure of the last picture.
+    pub(super) fn act(&mut self, action: Action, shown_ev: f32) {
+        let is_full = self.options.view == GpuView::Full;
+        match action {
+            Action::View(wanted) => {
+                let Camera { width, height, .. } = self.camera;
+                *self = *wanted;
+                (self.camera.width, self.camera.height) = (width, height);
+            }
+            Action::Show(wanted) => self.options.view = wanted,
+            Action::ToggleIndirect => {
+                self.options.view = if is_full { GpuView::Direct } else { GpuView::Full };
+            }
+            Action::NextComparison => {
+                self.compare = match self.compare {
+                    Compare::Nothing => Compare::WithoutIndirect,
+                    Compare::WithoutIndirect => Compare::Reference,
+                    Compare::Reference => Compare::Nothing,
+                };
+            }
+            Action::ToggleShading => {
+                self.options.shading = match self.options.shading {
+                    Shading::Diffuse => Shading::Physical,
+                    Shading::Physical => Shading::Diffuse,
+                };
+            }
+            Action::TogglePlaying => self.is_playing = !self.is_playing,
+            Action::Brighten(stops) => self.exposure = ExposureMode::Fixed(shown_ev + stops),
+            Action::ToggleExposure => {
+                self.exposure = match self.exposure {
+                    ExposureMode::Automatic => ExposureMode::Fixed(shown_ev),
+                    ExposureMode::Fixed(_) => ExposureMode::Automatic,
+                };
+            }
+            Action::ToggleHelp => self.panels.help = !self.panels.help,
+            Action::TogglePanels => {
+                let Panels { scene, settings, timing, .. } = &mut self.panels;
+                let are_open = *scene || *settings || *timing;
+                (*scene, *settings, *timing) = (!are_open, !are_open, !are_open);
+            }
+            // What is not the view's.
+            _ => {}
         }
     }
 }
