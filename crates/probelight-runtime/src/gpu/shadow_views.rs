@@ -6,7 +6,7 @@
 //!  point         6 perspective views, the faces of a cube
 //! ```
 //!
-//! Behind these come, if pictures are to have them, [`EYE_VIEWS`] for each directional light that are fitted to the view of an
+//! Behind these come, if pictures are to have them, two for each directional light that are fitted to the view of an
 //! eye.
 //!
 //! Each view is a little wider than its share, so that a filter's taps never leave it: no seams.
