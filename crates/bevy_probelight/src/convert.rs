@@ -9,11 +9,6 @@ pub(crate) fn vec3(v: BevyVec3) -> Vec3 {
     Vec3::from_array(v.to_array())
 }
 
-/// Probelight's vector as Bevy's.
-pub(crate) fn bevy_vec3(v: Vec3) -> BevyVec3 {
-    BevyVec3::from_array(v.to_array())
-}
-
 /// Linear Rec. 709; what is negative becomes black.
 pub(crate) fn linear(color: Color) -> Vec3 {
     Vec3::from_array(color.to_linear().to_f32_array_no_alpha()).max(Vec3::ZERO)

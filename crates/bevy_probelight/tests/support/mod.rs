@@ -9,6 +9,7 @@ use bevy::asset::{AssetPlugin, RenderAssetUsages};
 use bevy::camera::Hdr;
 use bevy::camera::RenderTarget;
 use bevy::core_pipeline::tonemapping::Tonemapping;
+use bevy::image::TextureFormatPixelInfo;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
