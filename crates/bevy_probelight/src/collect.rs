@@ -31,6 +31,13 @@ pub(crate) struct SceneLight {
     pub(crate) colors: Vec<SurfaceColors>,
 }
 
+impl SceneLight {
+    /// No light at all.
+    fn dark() -> Self {
+        Self { lighting: Lighting { emissive_scale: 0.0, ..Lighting::default() }, colors: Vec::new() }
+    }
+}
+
 /// What else a frame of a scene is asked for, in the scene's own space.
 #[derive(Component, Clone, Debug, Default, PartialEq)]
 pub(crate) struct SceneFrame {
@@ -129,7 +136,7 @@ pub(crate) fn collect(
             if refused.insert(entity) {
                 warn!("{entity}: a baked scene can be moved, turned and scaled evenly only; it stays dark");
             }
-            light.set_if_neq(SceneLight::default());
+            light.set_if_neq(SceneLight::dark());
             frame.set_if_neq(SceneFrame::default());
             continue;
         };

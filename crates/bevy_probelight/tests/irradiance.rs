@@ -2,8 +2,6 @@
 //! that the light is the present one.
 
 mod support;
-#[path = "support/truth.rs"]
-mod truth;
 
 use std::f32::consts::PI;
 
@@ -12,10 +10,10 @@ use bevy::prelude::*;
 use bevy_probelight::probelight_math::glam::{Vec2, Vec3 as SceneVec3};
 use bevy_probelight::probelight_scene::{Light, Lighting, Sky};
 use bevy_probelight::{ProbelightIgnore, ProbelightSky};
+use support::truth::{Truth, relative_error};
 use support::{
     SIZE, cornell, has_gpu, headless_app, make_diffuse, read_image, settle, spawn_camera, spawn_scene,
 };
-use truth::{Truth, relative_error};
 
 /// Luminous intensity of the lamp, candela.
 const CANDELA: SceneVec3 = SceneVec3::new(40.0, 30.0, 20.0);

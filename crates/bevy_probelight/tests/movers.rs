@@ -1,8 +1,6 @@
 //! Meshes that are not part of the bake get the light of free space where they are.
 
 mod support;
-#[path = "support/truth.rs"]
-mod truth;
 
 use std::f32::consts::PI;
 
@@ -12,10 +10,10 @@ use bevy_probelight::probelight_math::glam::Vec3 as SceneVec3;
 use bevy_probelight::probelight_runtime::FrameInput;
 use bevy_probelight::probelight_scene::{Light, Lighting};
 use bevy_probelight::{GridLitMaterial, ProbelightMover};
+use support::truth::{Truth, relative_error};
 use support::{
     SIZE, cornell, frames_of, has_gpu, headless_app, read_image, settle, spawn_camera, spawn_scene,
 };
-use truth::{Truth, relative_error};
 
 const LAMP: Vec3 = Vec3::new(1.0, 3.4, 1.6);
 const RADIUS: f32 = 0.4;
