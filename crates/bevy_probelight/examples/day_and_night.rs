@@ -40,10 +40,10 @@ impl Default for Clock {
 struct Switch(bool);
 
 /// At noon, lux.
-const SUN: f32 = 10_000.0;
+const SUN: f32 = 3_500.0;
 
 /// Of the lamp, cd/m².
-const LAMP: LinearRgba = LinearRgba::rgb(12_000.0, 8_500.0, 4_500.0);
+const LAMP: LinearRgba = LinearRgba::rgb(24_000.0, 16_500.0, 9_000.0);
 
 fn setup(mut commands: Commands, assets: Res<AssetServer>) {
     commands.spawn(Probelight(assets.load("cornell.plight")));
@@ -89,9 +89,9 @@ fn move_sun(
     let blue = Vec3::new(0.35, 0.55, 1.0);
     let dusk = Vec3::new(1.0, 0.5, 0.25);
     *sky = ProbelightSky::Gradient {
-        zenith: 3.0 * blue + 1200.0 * day * blue,
-        horizon: 3.0 * blue + 1500.0 * day * dusk.lerp(blue, day),
-        ground: 300.0 * day * Vec3::splat(1.0),
+        zenith: 3.0 * blue + 700.0 * day * blue,
+        horizon: 3.0 * blue + 900.0 * day * dusk.lerp(blue, day),
+        ground: 150.0 * day * Vec3::ONE,
     };
 }
 

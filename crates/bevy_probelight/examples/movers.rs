@@ -2,7 +2,7 @@
 //! in front show the same light by themselves, one of them as metal.
 
 use bevy::prelude::*;
-use bevy_probelight::{Probelight, ProbelightMover, ProbelightPlugin};
+use bevy_probelight::{Probelight, ProbelightMover, ProbelightPlugin, ProbelightShadowCaster};
 
 pub(crate) fn main() {
     let mut app = App::new();
@@ -36,11 +36,11 @@ fn setup(
     let lamp = PointLight { intensity: 150_000.0, shadow_maps_enabled: true, ..default() };
     commands.spawn((lamp, Transform::from_xyz(2.8, 4.9, 1.4)));
     let ball = meshes.add(Sphere::new(0.35));
-    let surfaces = [(1.3, 0.0, 0.8), (4.3, 1.0, 0.35)];
+    let surfaces = [(2.2, 0.0, 0.8), (3.4, 1.0, 0.35)];
     for (x, metallic, perceptual_roughness) in surfaces {
         let base_color = Color::linear_rgb(0.8, 0.8, 0.8);
         let material = StandardMaterial { base_color, metallic, perceptual_roughness, ..default() };
-        let place = Transform::from_xyz(x, 0.35, -0.1);
+        let place = Transform::from_xyz(x, 0.35, -0.3);
         commands.spawn((
             Mesh3d(ball.clone()),
             MeshMaterial3d(materials.add(material)),
@@ -70,7 +70,7 @@ fn spawn_character(
     commands.spawn((Character, Transform::default(), Visibility::default())).with_children(|character| {
         for (mesh, place) in parts {
             let look = (Mesh3d(mesh), MeshMaterial3d(cloth.clone()), Transform::from_translation(place));
-            character.spawn((look, ProbelightMover::default()));
+            character.spawn((look, ProbelightMover::default(), ProbelightShadowCaster));
         }
     });
 }

@@ -15,6 +15,7 @@ use probelight_math::glam::Vec3;
 use probelight_runtime::{SurfaceColors, View};
 use probelight_scene::{Bounds, Light, Lighting};
 
+use crate::casters::{Caster, Casters};
 use crate::convert::linear;
 use crate::instance::ProbelightInstance;
 use crate::lights::{self, PER_LUX, ProbelightIgnore};
@@ -44,6 +45,8 @@ pub(crate) struct SceneFrame {
     pub(crate) view: Option<View>,
     /// Around movers, sorted.
     pub(crate) boxes: Vec<Bounds>,
+    /// What stands in the light, by entity.
+    pub(crate) casters: Vec<Caster>,
 }
 
 /// A kind of light, where it is, and whether it is shown.
@@ -105,7 +108,7 @@ impl Surroundings<'_, '_> {
         boxes.sort_by(|a, b| {
             a.min.to_array().partial_cmp(&b.min.to_array()).unwrap_or(std::cmp::Ordering::Equal)
         });
-        SceneFrame { view, boxes }
+        SceneFrame { view, boxes, casters: Vec::new() }
     }
 }
 
@@ -121,6 +124,7 @@ fn surface_colors(material: &StandardMaterial, exposure: f32) -> SurfaceColors {
 /// Gathers what lights each scene.
 pub(crate) fn collect(
     surroundings: Surroundings,
+    mut casters: Casters,
     scenes: Res<Assets<ProbelightScene>>,
     materials: Res<Assets<StandardMaterial>>,
     mut instances: Query<(Entity, &GlobalTransform, &ProbelightInstance, &mut SceneLight, &mut SceneFrame)>,
@@ -150,7 +154,8 @@ pub(crate) fn collect(
         let sky = surroundings.sky.scaled(PER_LUX);
         let lighting = Lighting { lights: surroundings.lights(&pose), sky, ..Lighting::default() };
         light.set_if_neq(SceneLight { lighting, colors });
-        frame.set_if_neq(surroundings.frame(entity, &pose));
+        frame
+            .set_if_neq(SceneFrame { casters: casters.in_scene(&pose), ..surroundings.frame(entity, &pose) });
     }
 }
 

@@ -30,7 +30,8 @@
 //!   nothing does, nothing is computed.
 //! * Bevy's point, spot and directional lights bounce, unless they have [`ProbelightIgnore`]; [`ProbelightSky`] shines in.
 //!   Colour and emission of the scene's [`StandardMaterial`]s count as they are.
-//! * [`ProbelightMover`] gives meshes of your own the light at the place where they are.
+//! * [`ProbelightMover`] gives meshes of your own the light at the place where they are, [`ProbelightShadowCaster`] lets them
+//!   stand in the light that bounces.
 //! * [`ProbelightSettings`] has levels of detail and a budget.
 //! * [`BakeScene`] bakes a glTF file in the app (feature `bake`, on by default).
 //!
@@ -45,7 +46,7 @@
 //!
 //! Lights of no size only: the radius of a light and [`RectLight`]s do not count, nor do light textures. Lights shine through
 //! walls in Bevy unless `shadow_maps_enabled` is set; their bounced light never does. A scene may be moved, turned and scaled
-//! evenly; others are refused with a warning. Two scenes do not light each other. Movers cast no shadow into bounced light.
+//! evenly; others are refused with a warning. Two scenes do not light each other.
 //!
 //! [Probelight]: https://github.com/probelight/probelight
 //! [`Lightmap`]: bevy::pbr::Lightmap
@@ -54,6 +55,7 @@
 
 #[cfg(feature = "bake")]
 mod baking;
+mod casters;
 mod collect;
 mod convert;
 mod instance;
@@ -73,6 +75,7 @@ mod settings;
 
 #[cfg(feature = "bake")]
 pub use baking::{BakeFailure, BakeFinished, BakeProgress, BakeScene};
+pub use casters::ProbelightShadowCaster;
 pub use instance::{Probelight, ProbelightInstance};
 pub use lights::ProbelightIgnore;
 pub use loader::{LoadError, ProbelightLoader};

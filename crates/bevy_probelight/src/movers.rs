@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use bevy::asset::{AssetEvent, AssetId, Assets, Handle};
 use bevy::ecs::prelude::*;
+use bevy::ecs::system::SystemParam;
 use bevy::log::warn_once;
 use bevy::material::OpaqueRendererMethod;
 use bevy::pbr::{MeshMaterial3d, StandardMaterial};
@@ -19,7 +20,7 @@ use crate::scene::ProbelightScene;
 ///
 /// While there is a scene, the mesh is drawn with a [`GridLitMaterial`] made of its material, whose changes are followed; scenes
 /// baked without a grid (`--grid 0`) are dark in free space. Light is up to date in the very frame in which a mover arrives.
-/// It casts no shadow into bounced light.
+/// What it keeps from the scene needs a [`ProbelightShadowCaster`](crate::ProbelightShadowCaster).
 #[derive(Component, Clone, Copy, Debug, Default)]
 pub struct ProbelightMover {
     /// The entity with the scene; by default the one in whose bounds the mover is when it appears, or any.
@@ -36,6 +37,14 @@ pub(crate) struct LitFrom {
 /// The extended materials there are, by what they extend and their scene.
 #[derive(Resource, Default)]
 pub(crate) struct GridLitMaterials(HashMap<(AssetId<StandardMaterial>, Entity), Handle<GridLitMaterial>>);
+
+/// Materials as users have them, and what extends them.
+#[derive(SystemParam)]
+pub(crate) struct MoverMaterials<'w> {
+    standard: Res<'w, Assets<StandardMaterial>>,
+    lit: ResMut<'w, Assets<GridLitMaterial>>,
+    known: ResMut<'w, GridLitMaterials>,
+}
 
 type Scenes<'w, 's> = Query<'w, 's, (Entity, &'static ProbelightInstance, Ref<'static, GlobalTransform>)>;
 
@@ -64,10 +73,8 @@ pub(crate) fn prepare_movers(
     movers: Query<(Entity, &ProbelightMover, &GlobalTransform, &MeshMaterial3d<StandardMaterial>)>,
     scenes: Scenes,
     assets: Res<Assets<ProbelightScene>>,
-    standard: Res<Assets<StandardMaterial>>,
     device: Option<Res<RenderDevice>>,
-    mut lit: ResMut<Assets<GridLitMaterial>>,
-    mut known: ResMut<GridLitMaterials>,
+    mut materials: MoverMaterials,
 ) {
     if movers.is_empty() || scenes.is_empty() {
         return;
@@ -76,6 +83,7 @@ pub(crate) fn prepare_movers(
         warn_once!("movers keep their materials: the GPU binds too few storage buffers");
         return;
     }
+    let MoverMaterials { standard, lit, known } = &mut materials;
     for (entity, mover, at, MeshMaterial3d(handle)) in &movers {
         let Some((scene, pose)) = scene_of(mover, at, &scenes, &assets) else { continue };
         let Some(base) = standard.get(handle) else { continue };
@@ -116,11 +124,10 @@ pub(crate) fn release_movers(
 /// Takes changes of materials and places over into the extended ones.
 pub(crate) fn follow_changes(
     mut changes: MessageReader<AssetEvent<StandardMaterial>>,
-    standard: Res<Assets<StandardMaterial>>,
     scenes: Scenes,
-    mut lit: ResMut<Assets<GridLitMaterial>>,
-    known: Res<GridLitMaterials>,
+    mut materials: MoverMaterials,
 ) {
+    let MoverMaterials { standard, lit, known } = &mut materials;
     for event in changes.read() {
         let AssetEvent::Modified { id } = event else { continue };
         let Some(base) = standard.get(*id) else { continue };

@@ -3,7 +3,7 @@
 use bevy::math::{Quat, Vec3 as BevyVec3};
 use bevy::transform::components::GlobalTransform;
 use probelight_math::glam::Vec3;
-use probelight_scene::Bounds;
+use probelight_scene::{Bounds, Placement};
 
 use crate::convert::vec3;
 
@@ -60,6 +60,16 @@ impl ScenePose {
         Bounds::of((0..8).map(|i| self.point(at.transform_point(corner(i)))))
     }
 
+    /// Where something is in the scene that has the pose `world` in the world.
+    pub(crate) fn placement(&self, world: &Self) -> Placement {
+        let rotation = (self.rotation.inverse() * world.rotation).normalize();
+        Placement {
+            translation: self.point(world.translation),
+            rotation: probelight_math::glam::Quat::from_array(rotation.to_array()),
+            scale: world.scale / self.scale,
+        }
+    }
+
     /// Columns of the matrix that takes world positions to the scene's.
     pub(crate) fn scene_from_world(&self) -> [[f32; 4]; 4] {
         let inverse = bevy::math::Affine3A::from_scale_rotation_translation(
@@ -89,6 +99,10 @@ mod tests {
         let local = BevyVec3::new(0.3, -0.2, 0.9);
         let world = global.transform_point(local);
         assert!(pose.point(world).abs_diff_eq(vec3(local), 1e-5));
+        let inner = Transform::from_xyz(0.4, 0.0, 1.0).with_rotation(Quat::from_rotation_x(0.3));
+        let placement = pose.placement(&ScenePose::of(&GlobalTransform::from(transform * inner)).unwrap());
+        let wanted = inner.transform_point(BevyVec3::ONE);
+        assert!(placement.point(Vec3::ONE).abs_diff_eq(vec3(wanted), 1e-4));
         let matrix = bevy::math::Mat4::from_cols_array_2d(&pose.scene_from_world());
         assert!(matrix.transform_point3(world).abs_diff_eq(local, 1e-5));
         let bounds = pose.bounds(&global, local, BevyVec3::splat(0.1));

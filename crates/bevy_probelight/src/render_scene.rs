@@ -3,15 +3,18 @@
 use std::sync::Arc;
 
 use bevy::asset::AssetId;
+use bevy::ecs::entity::EntityHashMap;
 use bevy::image::Image;
-use bevy::log::{error, warn};
+use bevy::log::{error, warn, warn_once};
 use bevy::render::render_resource::{Sampler, Texture, TextureView};
 use bevy::render::texture::GpuImage;
 use probelight_asset::BakedScene;
 use probelight_runtime::gpu::frame_buffers::LIGHTMAP_FORMAT;
 use probelight_runtime::gpu::{GpuError, GpuOptions, GpuRuntime};
-use probelight_runtime::{FrameInput, LodSettings};
+use probelight_runtime::{FrameInput, LodSettings, ObjectId};
+use probelight_scene::Object;
 
+use crate::casters::Caster;
 use crate::collect::{SceneFrame, SceneLight};
 use crate::settings::ProbelightSettings;
 
@@ -22,8 +25,12 @@ const SETTLED: f32 = 1e-4;
 pub(crate) struct RenderScene {
     pub(crate) runtime: GpuRuntime,
     pub(crate) lightmap: AssetId<Image>,
-    pub(crate) frame: SceneFrame,
+    frame: SceneFrame,
+    /// The runtime's objects, by their entities.
+    objects: EntityHashMap<ObjectId>,
     settings: ProbelightSettings,
+    /// The largest base colour.
+    albedo: f32,
     /// Frames until light no longer changes.
     remaining: u32,
     /// Frames computed so far.
@@ -47,7 +54,9 @@ impl RenderScene {
             runtime,
             lightmap,
             frame: SceneFrame::default(),
+            objects: EntityHashMap::default(),
             settings: ProbelightSettings::default(),
+            albedo: 1.0,
             remaining: 0,
             computed: 0,
             has_complained: false,
@@ -64,18 +73,46 @@ impl RenderScene {
             result = result.and(set);
         }
         self.complain(result);
-        let albedo = colors.iter().map(|c| c.base_color.max_element()).fold(0.0, f32::max);
-        self.remaining = frames_to_settle(albedo);
+        self.albedo = colors.iter().map(|c| c.base_color.max_element()).fold(0.0, f32::max);
+        self.remaining = frames_to_settle(self.albedo);
     }
 
-    /// Takes another view, and other places of movers.
+    /// Takes another view, and other places of movers and shadow casters.
     pub(crate) fn set_frame(&mut self, frame: &SceneFrame) {
         let (boxes_moved, view_moved) = (frame.boxes != self.frame.boxes, frame.view != self.frame.view);
         let view_counts = self.settings.lod != LodSettings::default() || self.settings.budget.is_some();
         if boxes_moved || (view_moved && view_counts) {
             self.wake();
         }
+        if frame.casters != self.frame.casters {
+            self.move_objects(&frame.casters);
+            self.remaining = frames_to_settle(self.albedo);
+        }
         self.frame = frame.clone();
+    }
+
+    /// Makes the runtime's objects those that cast shadows now.
+    fn move_objects(&mut self, casters: &[Caster]) {
+        let Self { runtime, objects, frame, .. } = self;
+        for before in &frame.casters {
+            let stays =
+                casters.iter().any(|c| c.entity == before.entity && Arc::ptr_eq(&c.model, &before.model));
+            if let Some(object) = (!stays).then(|| objects.remove(&before.entity)).flatten() {
+                // It is known, so it can be taken out.
+                let _removed = runtime.objects_mut().remove(object);
+            }
+        }
+        for Caster { entity, model, placement } in casters {
+            let moved = match objects.get(entity) {
+                Some(object) => runtime.objects_mut().place(*object, *placement).map_err(|e| e.to_string()),
+                None => Object::new(Arc::clone(model), *placement).map_err(|e| e.to_string()).map(|object| {
+                    objects.insert(*entity, runtime.objects_mut().insert(object));
+                }),
+            };
+            if let Err(reason) = moved {
+                warn_once!("{entity} casts no shadow into bounced light: {reason}");
+            }
+        }
     }
 
     /// Takes other settings.
@@ -93,9 +130,8 @@ impl RenderScene {
 
     /// What became visible or near may not have been up to date, and lights the rest.
     fn wake(&mut self) {
-        let albedo = self.runtime.baked().scene.materials.iter().map(|m| m.base_color.max_element());
         let counts_all = self.settings.lod == LodSettings::default() && self.settings.budget.is_none();
-        let frames = if counts_all { 1 } else { frames_to_settle(albedo.fold(0.0, f32::max)) };
+        let frames = if counts_all { 1 } else { frames_to_settle(self.albedo) };
         self.remaining = self.remaining.max(frames);
     }
 
@@ -106,7 +142,7 @@ impl RenderScene {
         }
         self.remaining -= 1;
         self.computed += 1;
-        let SceneFrame { view, boxes } = &self.frame;
+        let SceneFrame { view, boxes, .. } = &self.frame;
         let input = FrameInput {
             view: *view,
             active_boxes: boxes,

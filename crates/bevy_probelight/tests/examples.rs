@@ -136,8 +136,8 @@ fn bake_in_app() {
     app.insert_resource(bake_in_app::Wanted {
         file: Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/scenes/cornell.glb"),
         options: BakeOptions {
-            receivers: Some(1_500),
-            gather_rays: Some(64),
+            receivers: Some(3_000),
+            gather_rays: Some(128),
             relight_rays: Some(64),
             grid_vertices: Some(0),
             ..BakeOptions::default()

@@ -9,7 +9,7 @@ use bevy::prelude::*;
 use bevy_probelight::probelight_math::glam::Vec3 as SceneVec3;
 use bevy_probelight::probelight_runtime::FrameInput;
 use bevy_probelight::probelight_scene::{Light, Lighting};
-use bevy_probelight::{GridLitMaterial, ProbelightMover};
+use bevy_probelight::{GridLitMaterial, ProbelightInstance, ProbelightMover, ProbelightShadowCaster};
 use support::truth::{Truth, relative_error};
 use support::{
     SIZE, cornell, frames_of, has_gpu, headless_app, read_image, settle, spawn_camera, spawn_scene,
@@ -125,4 +125,36 @@ fn movers_follow_their_materials_and_give_them_back() {
     }
     assert_eq!(app.world().get::<MeshMaterial3d<StandardMaterial>>(ball).map(|m| &m.0), Some(&standard));
     assert!(app.world().get::<MeshMaterial3d<GridLitMaterial>>(ball).is_none());
+}
+
+#[test]
+fn shadow_casters_stand_in_the_light_that_bounces() {
+    if !has_gpu() {
+        return;
+    }
+    let mut app = headless_app();
+    let scene = spawn_scene(&mut app, cornell(), Transform::IDENTITY);
+    let lamp = PointLight { intensity: 4.0 * PI * CANDELA, range: 1000.0, ..default() };
+    app.world_mut().spawn((lamp, Transform::from_translation(LAMP)));
+    let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(Cuboid::new(1.5, 0.1, 1.5));
+    settle(&mut app, scene);
+    let lightmap = app.world().get::<ProbelightInstance>(scene).unwrap().lightmap().clone();
+    let mean = |app: &App| read_image(app, &lightmap).iter().sum::<Vec3>().element_sum();
+    let open = mean(&app);
+    // A plate under the lamp, which nothing but its shadow is of.
+    let under = Transform::from_translation(LAMP - 0.4 * Vec3::Y);
+    let plate = app.world_mut().spawn((Mesh3d(mesh), under, ProbelightShadowCaster)).id();
+    settle(&mut app, scene);
+    let shaded = mean(&app);
+    assert!(shaded < 0.9 * open, "the plate shades nothing: {shaded} of {open}");
+    app.world_mut().get_mut::<Transform>(plate).unwrap().translation.y = -50.0;
+    settle(&mut app, scene);
+    let moved = mean(&app);
+    assert!((moved / open - 1.0).abs() < 1e-3, "the plate shades from afar: {moved} of {open}");
+    app.world_mut().get_mut::<Transform>(plate).unwrap().translation = under.translation;
+    settle(&mut app, scene);
+    app.world_mut().despawn(plate);
+    settle(&mut app, scene);
+    let gone = mean(&app);
+    assert!((gone / open - 1.0).abs() < 1e-3, "the plate stays: {gone} of {open}");
 }

@@ -100,7 +100,7 @@ fn colour_and_emission_of_materials_are_followed() {
         let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
         f(&mut materials.get_mut(handle).unwrap());
     };
-    change(&mut app, &lamp, &|material| material.emissive = material.emissive * 2.0);
+    change(&mut app, &lamp, &|material| material.emissive *= 2.0);
     settle(&mut app, scene);
     let brighter = mean(&read_image(&app, &lightmap));
     assert!((brighter / before - 2.0).abs().max_element() < 0.01, "{brighter} instead of twice {before}");
