@@ -69,13 +69,56 @@ fn a_moved_lamp_changes_the_lightmap_in_the_next_frame_and_still_light_costs_not
         still.iter().zip(&moved).map(|(a, b)| (*a - *b).abs()).sum::<Vec3>() / still.len() as f32;
     assert!(difference.max_element() > 0.1 * mean(&still).max_element(), "nothing changed: {difference}");
 
-    // Nor does it cost anything to look around.
+    let diagnostics = app.world().resource::<DiagnosticsStore>();
+    let measured = diagnostics.iter().any(|diagnostic| diagnostic.path().as_str().contains("probelight"));
+    assert!(measured, "frames of light are not measured");
+}
+
+#[test]
+fn looking_around_costs_something_only_with_levels_of_detail() {
+    if !has_gpu() {
+        return;
+    }
+    let mut app = headless_app();
+    spawn_camera(&mut app, camera());
+    let scene = spawn_scene(&mut app, cornell(), Transform::IDENTITY);
     settle(&mut app, scene);
-    let frames = frames_of(&app, scene);
-    let mut cameras = app.world_mut().query_filtered::<&mut Transform, With<Camera3d>>();
-    cameras.single_mut(app.world_mut()).unwrap().translation.x += 0.3;
     app.update();
-    assert_eq!(frames_of(&app, scene), frames, "looking around costs light");
+    let look_around = |app: &mut App| {
+        let before = frames_of(app, scene).unwrap();
+        let mut cameras = app.world_mut().query_filtered::<&mut Transform, With<Camera3d>>();
+        cameras.single_mut(app.world_mut()).unwrap().translation.x += 0.3;
+        app.update();
+        frames_of(app, scene).unwrap() - before
+    };
+    assert_eq!(look_around(&mut app), 0);
+    let far = LodLevel { distance: 3.0, rank: Some(8), ..LodLevel::default() };
+    let lod = LodSettings { levels: vec![LodLevel::default(), far], ..LodSettings::default() };
+    app.insert_resource(ProbelightSettings { lod, ..ProbelightSettings::default() });
+    settle(&mut app, scene);
+    app.update();
+    settle(&mut app, scene);
+    app.update();
+    assert_eq!(look_around(&mut app), 1);
+}
+
+#[test]
+fn devices_that_lack_what_is_needed_leave_scenes_unlit() {
+    if !has_gpu() {
+        return;
+    }
+    let weak = WgpuLimits { max_storage_buffers_per_shader_stage: 7, ..WgpuLimits::default() };
+    let gpu = WgpuSettings { constrained_limits: Some(weak), ..WgpuSettings::default() };
+    let mut app = headless_app_with(concat!(env!("CARGO_MANIFEST_DIR"), "/assets"), gpu);
+    let image = spawn_camera(&mut app, camera());
+    let scene = spawn_scene(&mut app, cornell(), Transform::IDENTITY);
+    spawn_lamp(&mut app, LAMP);
+    for _ in 0..4 {
+        app.update();
+    }
+    assert_eq!(frames_of(&app, scene), None);
+    assert!(app.world().get::<ProbelightInstance>(scene).is_some());
+    assert!(mean(&read_image(&app, &image)).max_element() > 0.0, "nothing is drawn");
 }
 
 #[test]

@@ -14,10 +14,12 @@ use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::image::TextureFormatPixelInfo;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
+use bevy::render::diagnostic::RenderDiagnosticsPlugin;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_asset::RenderAssets;
 use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages};
 use bevy::render::renderer::{RenderDevice, RenderQueue};
+use bevy::render::settings::WgpuSettings;
 use bevy::render::texture::GpuImage;
 use bevy::render::{RenderApp, RenderPlugin};
 use bevy::window::ExitCondition;
@@ -68,15 +70,25 @@ pub(crate) fn headless_app() -> App {
 
 /// An app without window that does one step per [`App::update`], each of them drawn to its end; assets come from a folder.
 pub(crate) fn headless_app_in(assets: &str) -> App {
+    headless_app_with(assets, WgpuSettings::default())
+}
+
+/// The same on a device with other limits.
+pub(crate) fn headless_app_with(assets: &str, gpu: WgpuSettings) -> App {
     let mut app = App::new();
     app.add_plugins((
         DefaultPlugins
             .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
             .set(AssetPlugin { file_path: assets.into(), ..default() })
-            .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
+            .set(RenderPlugin {
+                render_creation: gpu.into(),
+                synchronous_pipeline_compilation: true,
+                ..default()
+            })
             .disable::<LogPlugin>()
             .disable::<PipelinedRenderingPlugin>()
             .disable::<WinitPlugin>(),
+        RenderDiagnosticsPlugin,
         ProbelightPlugin,
     ));
     while app.plugins_state() == bevy::app::PluginsState::Adding {
