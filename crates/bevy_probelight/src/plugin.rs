@@ -3,6 +3,7 @@
 use bevy::app::{App, Plugin, PostUpdate, PreStartup, Update};
 use bevy::asset::{AssetApp, AssetEventSystems};
 use bevy::camera::visibility::VisibilitySystems;
+use bevy::core_pipeline::schedule::camera_driver;
 use bevy::ecs::prelude::*;
 use bevy::light::GlobalAmbientLight;
 use bevy::log::warn;
@@ -70,7 +71,10 @@ impl Plugin for ProbelightPlugin {
             .init_resource::<render::RenderScenes>()
             .add_systems(RenderStartup, render::forget_scenes)
             .add_systems(ExtractSchedule, render::extract_scenes.before(MeshExtractionSystems))
-            .add_systems(RenderGraph, render::encode_light.in_set(RenderGraphSystems::Begin));
+            .add_systems(
+                RenderGraph,
+                render::encode_light.in_set(RenderGraphSystems::Render).before(camera_driver),
+            );
     }
 }
 

@@ -4,7 +4,7 @@
 use bevy::asset::Assets;
 use bevy::ecs::entity::{EntityHashMap, EntityHashSet};
 use bevy::ecs::prelude::*;
-use bevy::log::error;
+use bevy::log::warn;
 use bevy::render::Extract;
 use bevy::render::render_asset::RenderAssets;
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue};
@@ -12,7 +12,7 @@ use bevy::render::texture::GpuImage;
 
 use crate::collect::{SceneFrame, SceneLight};
 use crate::instance::ProbelightInstance;
-use crate::render_scene::{RenderScene, check_device};
+use crate::render_scene::{RenderScene, can_run};
 use crate::scene::ProbelightScene;
 use crate::settings::ProbelightSettings;
 
@@ -71,7 +71,7 @@ pub(crate) fn extract_scenes(
         let is_new = !scenes.contains_key(&entity);
         if is_new {
             let wgpu_device = device.wgpu_device();
-            let usable = *is_usable.get_or_insert_with(|| check_device(wgpu_device).is_ok());
+            let usable = *is_usable.get_or_insert_with(|| can_run(wgpu_device));
             let Some(asset) = assets.get(&instance.scene).filter(|_| usable && !refused.contains(&entity))
             else {
                 continue;
@@ -82,7 +82,7 @@ pub(crate) fn extract_scenes(
                     scenes.insert(entity, scene);
                 }
                 Err(reason) => {
-                    error!("{entity}: the baked scene is not lit: {reason}");
+                    warn!("{entity}: the baked scene is not lit: {reason}");
                     refused.insert(entity);
                     continue;
                 }
