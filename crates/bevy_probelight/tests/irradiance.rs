@@ -19,8 +19,22 @@ use support::{
 const CANDELA: SceneVec3 = SceneVec3::new(40.0, 30.0, 20.0);
 
 fn lighting(position: SceneVec3) -> Lighting {
+    let of = |v: Vec3| SceneVec3::from_array(v.to_array());
     let lamp = Light::Point { position, intensity: CANDELA, range: None };
-    Lighting { lights: vec![lamp], sky: Sky::Uniform(SceneVec3::new(0.2, 0.4, 0.8)), ..Lighting::default() }
+    let spot = Light::Spot {
+        position: of(SPOT),
+        direction: of(SPOT_DIRECTION.normalize()),
+        intensity: CANDELA,
+        inner_angle: 0.3,
+        outer_angle: 0.5,
+        range: None,
+    };
+    let sun = Light::Directional { direction: of(SUN.normalize()), irradiance: SceneVec3::splat(6.0) };
+    Lighting {
+        lights: vec![lamp, spot, sun],
+        sky: Sky::Uniform(SceneVec3::new(0.2, 0.4, 0.8)),
+        ..Lighting::default()
+    }
 }
 
 /// A lamp like that in Bevy, whose own light on surfaces is left out of the picture.
@@ -35,6 +49,35 @@ fn lamp(position: Vec3) -> impl Bundle {
     (light, Transform::from_translation(position))
 }
 
+/// A spot like that.
+fn spot(position: Vec3, direction: Vec3) -> impl Bundle {
+    let light = SpotLight {
+        color: Color::linear_rgb(1.0, CANDELA.y / CANDELA.x, CANDELA.z / CANDELA.x),
+        intensity: 4.0 * PI * CANDELA.x,
+        range: 1000.0,
+        inner_angle: 0.3,
+        outer_angle: 0.5,
+        affects_lightmapped_mesh_diffuse: false,
+        ..default()
+    };
+    (light, Transform::from_translation(position).looking_to(direction, Vec3::Y))
+}
+
+/// A sun like that.
+fn sun(direction: Vec3) -> impl Bundle {
+    let light = DirectionalLight {
+        color: Color::WHITE,
+        illuminance: 6.0,
+        affects_lightmapped_mesh_diffuse: false,
+        ..default()
+    };
+    (light, Transform::default().looking_to(direction, Vec3::Y))
+}
+
+const SPOT: Vec3 = Vec3::new(4.0, 3.0, 0.5);
+const SPOT_DIRECTION: Vec3 = Vec3::new(-0.5, -1.0, 1.0);
+/// Through the open side of the box.
+const SUN: Vec3 = Vec3::new(0.3, -0.5, 1.0);
 const LAMP: Vec3 = Vec3::new(1.0, 3.4, 1.6);
 
 /// Irradiance by the picture and by the CPU, where the camera sees what reflects.
@@ -69,6 +112,8 @@ fn draw(camera: &Transform, scene: &Transform) -> Vec<Vec3> {
     app.world_mut().spawn((lamp(place(Vec3::new(4.0, 1.0, 1.0))), ProbelightIgnore));
     app.world_mut().spawn((lamp(place(Vec3::new(4.0, 1.0, 2.0))), Visibility::Hidden));
     app.world_mut().spawn(lamp(place(LAMP)));
+    app.world_mut().spawn(spot(place(SPOT), scene.rotation * SPOT_DIRECTION));
+    app.world_mut().spawn(sun(scene.rotation * SUN));
     settle(&mut app, shown);
     app.update();
     read_image(&app, &image)
@@ -109,7 +154,7 @@ fn a_scene_that_was_moved_turned_and_scaled_is_lit_alike() {
     // Twice as far away, a lamp lights a quarter.
     let mut lighting = lighting(SceneVec3::from_array(LAMP.to_array()));
     for light in &mut lighting.lights {
-        if let Light::Point { intensity, .. } = light {
+        if let Light::Point { intensity, .. } | Light::Spot { intensity, .. } = light {
             *intensity /= 4.0;
         }
     }
