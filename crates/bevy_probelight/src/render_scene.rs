@@ -21,6 +21,9 @@ use crate::settings::ProbelightSettings;
 /// What is left of bounced light when nothing is computed any more.
 const SETTLED: f32 = 1e-4;
 
+/// Bounces in a scene's first frame, so that it need not fade in.
+const FIRST_BOUNCES: u32 = 6;
+
 /// The runtime of a scene, and what it has still to do.
 pub(crate) struct RenderScene {
     pub(crate) runtime: GpuRuntime,
@@ -149,7 +152,11 @@ impl RenderScene {
             budget: self.settings.budget,
             ..FrameInput::default()
         };
-        self.runtime.encode(&input, encoder);
+        // Where levels of detail let something wait, each frame needs a submission of its own.
+        let can_repeat = self.computed == 1 && self.settings == ProbelightSettings::default();
+        for _ in 0..if can_repeat { FIRST_BOUNCES } else { 1 } {
+            self.runtime.encode(&input, encoder);
+        }
     }
 
     /// Whether [`encode`](Self::encode) would do nothing.

@@ -82,6 +82,25 @@ fn a_moved_lamp_changes_the_lightmap_in_the_next_frame_and_still_light_costs_not
 }
 
 #[test]
+fn the_first_frame_is_nearly_as_bright_as_the_last() {
+    if !has_gpu() {
+        return;
+    }
+    let mut app = headless_app();
+    let scene = spawn_scene(&mut app, cornell(), Transform::IDENTITY);
+    spawn_lamp(&mut app, LAMP);
+    while frames_of(&app, scene).is_none() {
+        app.update();
+    }
+    assert_eq!(frames_of(&app, scene), Some(1));
+    let lightmap = lightmap_of(&app, scene);
+    let first = mean(&read_image(&app, &lightmap));
+    settle(&mut app, scene);
+    let last = mean(&read_image(&app, &lightmap));
+    assert!((first / last).min_element() > 0.95, "{first} is far from {last}");
+}
+
+#[test]
 fn looking_around_costs_something_only_with_levels_of_detail() {
     if !has_gpu() {
         return;
