@@ -112,6 +112,14 @@ impl GridTables {
         &self.layout
     }
 
+    /// What the first six bindings of the [bind group](Self::bind_group) are, in their order, for hosts whose materials have
+    /// bind groups of their own: a uniform buffer, then storage buffers that are read. They stay the same for the life of the
+    /// tables.
+    pub fn grid_buffers(&self) -> &[wgpu::Buffer] {
+        let [grid @ .., _spheres] = &self.buffers;
+        grid
+    }
+
     /// The grid for shaders.
     pub fn bind_group(&self) -> &wgpu::BindGroup {
         &self.bind_group
