@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # All tests. Those of the GPU need a Vulkan driver: where there is none, Mesa's driver in software is installed first,
 # if this is a Debian-like Linux and we may. Without one they say that they are skipped; with CI=true they fail.
+# The test that uses the window needs Xvfb, xdotool and ImageMagick, which are installed likewise; without them it is skipped.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -10,17 +11,24 @@ has_vulkan_driver() {
         compgen -G '/etc/vulkan/icd.d/*.json' >/dev/null
 }
 
-if [[ $(uname) == Linux ]] && ! has_vulkan_driver; then
-    as_root=()
+install() {
+    local as_root=()
     ((EUID == 0)) || as_root=(sudo --non-interactive)
+    run() { "${as_root[@]}" apt-get install -y -q "$@"; }
+    { run "$@" || { "${as_root[@]}" apt-get update -q && run "$@"; }; } >&2
+}
+
+if [[ $(uname) == Linux ]] && ! has_vulkan_driver; then
     if ! command -v apt-get >/dev/null; then
         echo 'No Vulkan driver: tests of the GPU are skipped. Install your system'\''s Mesa Vulkan drivers to run them.' >&2
     else
         echo 'No Vulkan driver: installing mesa-vulkan-drivers, which runs the tests of the GPU in software.' >&2
-        install_driver() { "${as_root[@]}" apt-get install -y -q mesa-vulkan-drivers; }
-        { install_driver || { "${as_root[@]}" apt-get update -q && install_driver; }; } >&2 ||
-            echo 'It could not be installed: tests of the GPU are skipped.' >&2
+        install mesa-vulkan-drivers || echo 'It could not be installed: tests of the GPU are skipped.' >&2
     fi
+fi
+if [[ $(uname) == Linux ]] && command -v apt-get >/dev/null && ! { command -v Xvfb && command -v xdotool && command -v import; } >/dev/null; then
+    echo 'Installing xvfb, xdotool and imagemagick for the test of the window.' >&2
+    install xvfb xdotool imagemagick || echo 'They could not be installed: it is skipped.' >&2
 fi
 
 # Vulkan drivers complain without a folder of their own.

@@ -251,8 +251,8 @@ mod tests {
         let scene = Arc::new(parse_gltf(glb, Path::new("a.glb")).unwrap());
         let options = BakeOptions {
             receivers: Some(800),
-            gather_rays: Some(8),
-            relight_rays: Some(8),
+            gather_rays: Some(16),
+            relight_rays: Some(16),
             grid_vertices: Some(0),
             ..BakeOptions::default()
         };
