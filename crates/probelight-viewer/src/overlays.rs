@@ -1,4 +1,4 @@
-//! What is drawn over the picture about the picked place: its probes with their rays ([SED] figure 5) and reach (figures 6
+//! What is drawn over the picture about the picked place: its probes with their rays (\[SED\] figure 5) and reach (figures 6
 //! and 7), and light in free space around it (figure 4).
 
 use std::sync::Arc;

@@ -30,7 +30,7 @@ pub enum ExposureMode {
     Fixed(f32),
 }
 
-/// What the colours of [`GpuView::Clusters`](probelight_render::gpu::GpuView::Clusters) stand for.
+/// What the colours of [`GpuView::Clusters`] stand for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TexelColors {
     /// A colour for each cluster.
