@@ -34,6 +34,15 @@ struct Handle {
     color: Color32,
 }
 
+impl Handle {
+    /// Whether it can be told from what it moves: an arrow that one looks along would hide it.
+    fn is_seen(&self, frame: &Frame, anchor: Vec3) -> bool {
+        let Effect::Move(Some(_)) = self.effect else { return true };
+        let ends = frame.project(anchor).zip(frame.project(self.place));
+        ends.is_some_and(|((from, _), (to, _))| from.distance(to) > 2.0 * REACH)
+    }
+}
+
 /// A handle that is held, and where it was taken: relative to its middle, points.
 #[derive(Clone, Copy, Debug)]
 pub struct Held {
@@ -106,6 +115,9 @@ pub fn paint(painter: &Painter, frame: &Frame, document: &Document, view: &ViewS
     }
     let Some(anchor) = anchor(document, view, selection) else { return };
     for handle in handles(document, view, selection, anchor) {
+        if !handle.is_seen(frame, anchor) {
+            continue;
+        }
         let (Some((from, _)), Some((to, _))) = (frame.project(anchor), frame.project(handle.place)) else {
             continue;
         };
@@ -153,7 +165,11 @@ pub fn take(
     at: Pos2,
 ) -> Option<Held> {
     let held = |(selection, handle): (Selection, Handle)| {
-        let lever = handle.place - anchor(document, view, selection)?;
+        let anchor = anchor(document, view, selection)?;
+        let lever = handle.place - anchor;
+        if !handle.is_seen(frame, anchor) {
+            return None;
+        }
         let offset = frame.project(handle.place)?.0 - at;
         Some(Held { selection, handle, lever, offset })
     };

@@ -78,7 +78,7 @@ fn luminance(rgb: vec3f) -> f32 {
 // Stops below and above middle grey that have colours of their own.
 const STOPS = 6.0;
 // What the curve shows as middle grey.
-const MIDDLE_GREY = 0.27;
+const MIDDLE_GREY: f32 = 0.27;
 
 // From blue six stops below middle grey over green, grey at its place, yellow, to red; black and white beyond.
 fn color_of_stops(exposed: f32) -> vec3f {
