@@ -99,6 +99,8 @@ fn paint_reach(painter: &Painter, frame: &Frame, baked: &BakedScene, probe: usiz
 pub struct GridOfLight {
     /// The scene.
     pub baked: Arc<BakedScene>,
+    /// Where its vertices are.
+    pub places: GridPlaces,
     /// Irradiance of all receivers, W/m².
     pub receivers: Vec<Vec3>,
     /// Distance between the places that are shown, metres.
@@ -108,8 +110,7 @@ pub struct GridOfLight {
 /// Light in free space around a place: a dot in the colour of what arrives, and an arrow to where most of it comes from.
 pub fn paint_grid(painter: &Painter, frame: &Frame, grid: &GridOfLight, surface: &PickedSurface, ev: f32) {
     let around = surface.position + surface.normal * grid.spacing;
-    let places = GridPlaces::new(&grid.baked);
-    let light = IrradianceGrid::new(&grid.baked, &places, &grid.receivers);
+    let light = IrradianceGrid::new(&grid.baked, &grid.places, &grid.receivers);
     let half = CELLS / 2;
     let columns = (-half..=half).flat_map(|x| (-half..=half).map(move |z| (x, z)));
     let offsets = columns.flat_map(|(x, z)| (0..=half).map(move |y| Vec3::new(x as f32, y as f32, z as f32)));

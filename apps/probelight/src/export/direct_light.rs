@@ -3,7 +3,7 @@
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 use probelight_scene::Light;
-use probelight_trace::{Cancelled, Progress, Tracer, shadow_ray};
+use probelight_trace::{Cancelled, Progress, Tracer, direct_irradiance};
 use rayon::prelude::*;
 
 /// Points on a texel along each of its edges.
@@ -55,19 +55,7 @@ fn light_side(
     let normal = tracer.side_normal(triangle, is_back);
     let point = |(place, weights)| {
         let position = baked.scene.position(triangle as usize, weights);
-        (
-            baked.lightmap.texel_at(place),
-            lights.iter().map(|light| arriving(tracer, light, position, normal)).sum(),
-        )
+        (baked.lightmap.texel_at(place), direct_irradiance(tracer, lights, position, normal))
     };
     face.points(PER_EDGE).map(point).collect()
-}
-
-fn arriving(tracer: &Tracer, light: &Light, position: Vec3, normal: Vec3) -> Vec3 {
-    let Some(arriving) = light.illuminate(position) else { return Vec3::ZERO };
-    let cosine = normal.dot(arriving.to_light);
-    if cosine <= 0.0 || tracer.is_occluded(&shadow_ray(position, normal, &arriving, tracer.offset())) {
-        return Vec3::ZERO;
-    }
-    arriving.irradiance * cosine
 }

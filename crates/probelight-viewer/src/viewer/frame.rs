@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::GpuError;
-use probelight_runtime::{FramePlan, LodGovernor};
+use probelight_runtime::{FramePlan, GridPlaces, LodGovernor};
 
 use super::Viewer;
 use crate::mouse::{self, Grip};
@@ -34,13 +34,20 @@ const SAME_EXPOSURE: f32 = 0.01;
 const CAPPED_FRAME: Duration = Duration::from_micros(16_667);
 
 /// What was lit and drawn last: what equals it is not done again.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct Drawn {
     document: Document,
     view: ViewState,
     ev: f32,
     fade: f32,
     passes: u32,
+}
+
+impl Drawn {
+    fn shows(&self, document: &Document, view: &ViewState, ev: f32, fade: f32, passes: u32) -> bool {
+        let is_same_light = self.document == *document && self.view == *view;
+        is_same_light && (self.ev, self.fade, self.passes) == (ev, fade, passes)
+    }
 }
 
 impl Viewer {
@@ -55,25 +62,19 @@ impl Viewer {
         self.fade = (self.fade - seconds / FADE_SECONDS).max(0.0);
         adapt(&mut self.state.shown_ev, view.exposure, self.meter.reading.as_ref().map(|r| r.ev), seconds);
         let passes = self.reference.as_ref().map_or(0, ReferencePicture::passes);
-        let now = Drawn {
-            document: self.state.document.clone(),
-            view: view.clone(),
-            ev: self.state.shown_ev,
-            fade: self.fade,
-            passes,
-        };
+        let (document, ev, fade) = (&self.state.document, self.state.shown_ev, self.fade);
         let last = self.drawn.as_ref();
-        let is_new = last.is_none_or(|last| *last != now);
-        let has_headlight = live.has_headlight(&self.state.document);
-        let has_moved = |last: &Drawn| has_headlight && last.view.camera != now.view.camera;
-        if last.is_none_or(|last| needs_light(last, &now) || has_moved(last)) {
+        let is_new = last.is_none_or(|last| !last.shows(document, view, ev, fade, passes));
+        let has_headlight = live.has_headlight(document);
+        let has_moved = |last: &Drawn| has_headlight && last.view.camera != view.camera;
+        if last.is_none_or(|last| needs_light(last, document, view) || has_moved(last)) {
             // Without a bake nothing bounces.
             self.settling = if live.is_baked { SETTLING_FRAMES } else { 1 };
         }
         if !is_new && self.settling == 0 {
             return Ok(());
         }
-        if let Err(error) = live.sync(&self.state.document, view) {
+        if let Err(error) = live.sync(document, view) {
             self.messages.error(error.to_string());
         }
         govern(&mut self.governor, view, live)?;
@@ -89,12 +90,12 @@ impl Viewer {
             texel_colors::apply(live, &view.camera, view.texel_colors);
         }
         live.fit_shadows(&view.camera);
-        self.screen.draw(live, view, self.state.shown_ev, self.fade, self.reference.as_ref())?;
+        self.screen.draw(live, view, ev, fade, self.reference.as_ref())?;
         if self.settling.is_multiple_of(8) || last.is_none() {
             self.meter.measure(live, &view.camera, view.options)?;
         }
         self.draws += 1;
-        self.drawn = Some(now);
+        self.drawn = Some(Drawn { document: document.clone(), view: view.clone(), ev, fade, passes });
         Ok(())
     }
 
@@ -127,7 +128,8 @@ impl Viewer {
         {
             let receivers = values.chunks_exact(3).map(Vec3::from_slice).collect();
             let spacing = live.baked.settings.grid_spacing.unwrap_or(0.02 * self.state.diagonal);
-            self.grid = Some(GridOfLight { baked: Arc::clone(&live.baked), receivers, spacing });
+            let places = GridPlaces::new(&live.baked);
+            self.grid = Some(GridOfLight { baked: Arc::clone(&live.baked), places, receivers, spacing });
         }
         if self.grid_answer.is_none() && live.baked.has_grid() && (self.settling > 0 || self.grid.is_none()) {
             let (device, queue) = (self.gpu.device.clone(), self.gpu.queue.clone());
@@ -207,14 +209,14 @@ fn adapt(shown: &mut f32, mode: ExposureMode, metered: Option<f32>, seconds: f32
 }
 
 /// Whether what changed changes light, not only the picture.
-fn needs_light(last: &Drawn, now: &Drawn) -> bool {
+fn needs_light(last: &Drawn, document: &Document, view: &ViewState) -> bool {
     let of = |view: &ViewState| {
         let whole_grid = (view.overlays.grid, view.options.shading);
         (view.muted.clone(), view.lod.clone(), view.hold_milliseconds, whole_grid)
     };
-    let looks_from_elsewhere = now.view.lod.levels.len() > 1 && last.view.camera != now.view.camera;
-    let moves = last.view.time != now.view.time && now.document.moves();
-    last.document != now.document || of(&last.view) != of(&now.view) || looks_from_elsewhere || moves
+    let looks_from_elsewhere = view.lod.levels.len() > 1 && last.view.camera != view.camera;
+    let moves = last.view.time != view.time && document.moves();
+    last.document != *document || of(&last.view) != of(view) || looks_from_elsewhere || moves
 }
 
 /// Gives the runtime the levels of detail: those of the view, or nearer ones that hold the time.

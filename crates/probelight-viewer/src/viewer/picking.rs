@@ -7,7 +7,7 @@ use half::f16;
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_runtime::gpu::GpuError;
 use probelight_runtime::gpu::readback::read_texture_async;
-use probelight_trace::{Ray, Tracer};
+use probelight_trace::direct_irradiance;
 
 use super::{PickAnswers, Viewer};
 use crate::panels::lightmap::LightmapPage;
@@ -36,7 +36,15 @@ impl Viewer {
         self.pick_answers = PickAnswers::default();
         if let Picked::Surface(surface) = &picked {
             let place = (surface.position, surface.normal);
-            direct = lighting.lights.iter().map(|light| direct_at(&live.tracer, light, place)).collect();
+            let of = |light| {
+                direct_irradiance(
+                    &*live.tracer,
+                    std::slice::from_ref(light),
+                    surface.position,
+                    surface.normal,
+                )
+            };
+            direct = lighting.lights.iter().map(of).collect();
             let (sender, receiver) = channel();
             let (tracer, colors) = (Arc::clone(&live.tracer), self.state.document.materials.clone());
             let context = self.context.clone();
@@ -81,16 +89,6 @@ impl Viewer {
             self.pick_answers.reference = None;
         }
     }
-}
-
-/// Irradiance of one light at a place, with shadows, W/m².
-fn direct_at(tracer: &Tracer, light: &probelight_scene::Light, (position, normal): (Vec3, Vec3)) -> Vec3 {
-    let Some(arriving) = light.illuminate(position) else { return Vec3::ZERO };
-    let cosine = normal.dot(arriving.to_light);
-    let origin = tracer.off_surface(position, normal);
-    let mut ray = Ray::new(origin, arriving.to_light);
-    ray.max_distance = arriving.distance;
-    if cosine <= 0.0 || tracer.is_occluded(&ray) { Vec3::ZERO } else { arriving.irradiance * cosine }
 }
 
 /// Irradiance of the lightmap at the picked texel.
