@@ -9,7 +9,7 @@ use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 use probelight_runtime::{ObjectId, Objects, RuntimeError};
 use probelight_scene::{
-    AnimatedModel, Keyframe, Object, ObjectPath, Placement, Scene, Setup, load_animated_gltf,
+    AnimatedModel, Keyframe, Object, ObjectPath, Placement, Scene, Setup, Unusable, load_animated_gltf,
 };
 
 use crate::console::Console;
@@ -21,6 +21,18 @@ pub(crate) struct ObjectFlags {
     /// A glTF file as an object in free space: its origin, size and turn about +Y in degrees (repeatable)
     #[arg(long = "object", value_name = "FILE@X,Y,Z[,SCALE[,YAW]]", value_parser = parse_object)]
     pub(crate) objects: Vec<ObjectPath>,
+
+    /// The same as a door: as a box around it would, it opens and shuts ways for light (repeatable)
+    #[arg(long = "door", value_name = "FILE@X,Y,Z[,SCALE[,YAW]]", value_parser = parse_object)]
+    pub(crate) doors: Vec<ObjectPath>,
+}
+
+impl ObjectFlags {
+    /// All of them.
+    pub(crate) fn paths(&self) -> Vec<ObjectPath> {
+        let doors = self.doors.iter().map(|door| ObjectPath { is_door: true, ..door.clone() });
+        self.objects.iter().cloned().chain(doors).collect()
+    }
 }
 
 /// How objects of pictures act on what is around them.
@@ -85,7 +97,10 @@ impl Movers {
 
     /// The objects as they are at a time, seconds.
     pub(crate) fn at(&self, time: f32) -> anyhow::Result<Vec<Object>> {
-        let object = |mover: &Mover| Object::new(mover.shape(time), mover.path.placement(time));
+        let object = |mover: &Mover| {
+            let object = Object::new(mover.shape(time), mover.path.placement(time))?;
+            Ok::<_, Unusable>(if mover.path.is_door { object.as_door() } else { object })
+        };
         Ok(self.movers.iter().map(object).collect::<Result<_, _>>()?)
     }
 
@@ -153,7 +168,12 @@ fn parse_object(text: &str) -> anyhow::Result<ObjectPath> {
     };
     let placement = Placement::upright(position, yaw.to_radians(), scale);
     placement.validate()?;
-    Ok(ObjectPath { file: file.into(), keyframes: vec![Keyframe { time: 0.0, placement }], clip: None })
+    Ok(ObjectPath {
+        file: file.into(),
+        keyframes: vec![Keyframe { time: 0.0, placement }],
+        clip: None,
+        is_door: false,
+    })
 }
 
 #[cfg(test)]

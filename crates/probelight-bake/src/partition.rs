@@ -67,9 +67,9 @@ impl KdRule {
         (group, upper)
     }
 
-    /// Groups of at most `largest` of some sites, never mixing air spaces.
+    /// Groups of at most `largest` of some sites, never mixing rooms.
     pub(crate) fn partition(self, sites: &[Site], numbers: Range<u32>, largest: usize) -> Vec<Vec<u32>> {
-        let mut pending: Vec<Vec<u32>> = by_air_space(sites, numbers).into_iter().rev().collect();
+        let mut pending: Vec<Vec<u32>> = by_room(sites, numbers).into_iter().rev().collect();
         let mut groups = Vec::new();
         while let Some(group) = pending.pop() {
             if group.len() <= largest {
@@ -82,6 +82,15 @@ impl KdRule {
         }
         groups
     }
+}
+
+/// Some sites, those of each room together; no room is part of two air spaces.
+pub(crate) fn by_room(sites: &[Site], numbers: Range<u32>) -> Vec<Vec<u32>> {
+    let mut by_room: BTreeMap<Option<u32>, Vec<u32>> = BTreeMap::new();
+    for number in numbers {
+        by_room.entry(sites[number as usize].room()).or_default().push(number);
+    }
+    by_room.into_values().collect()
 }
 
 /// Some sites, those of each air space together.
@@ -116,11 +125,11 @@ mod tests {
     }
 
     #[test]
-    fn groups_cover_every_site_once_and_respect_size_and_air_space() {
+    fn groups_cover_every_site_once_and_respect_size_and_room() {
         let mut sites = sites();
         for site in &mut sites {
-            let air_space = u32::from(site.position.x > 3.0);
-            site.outlook = Some(Outlook { probe: 0, position: Vec3::ZERO, air_space });
+            let room = u32::from(site.position.x > 3.0);
+            site.outlook = Some(Outlook { probe: 0, position: Vec3::ZERO, air_space: 0, room });
         }
         let groups = KdRule { meters_per_normal: 1.0, by_outlook: true }.partition(&sites, 0..1000, 100);
         let mut seen: Vec<u32> = groups.iter().flatten().copied().collect();
@@ -150,7 +159,7 @@ mod tests {
         let mut sites = sites();
         for site in &mut sites {
             let position = if site.seed.is_multiple_of(3) { Vec3::ZERO } else { Vec3::Z * 500.0 };
-            site.outlook = Some(Outlook { probe: 0, position, air_space: 0 });
+            site.outlook = Some(Outlook { probe: 0, position, air_space: 0, room: 0 });
             site.normal = Vec3::Z;
         }
         let group: Vec<u32> = (0..1000).collect();

@@ -15,7 +15,8 @@ use probelight_math::glam::{EulerRot, Quat, Vec3};
 use probelight_render::gpu::{GpuRenderer, GpuView, LitScene, Shading, ViewOptions};
 use probelight_render::{Image, RenderOutput};
 use probelight_runtime::gpu::{GpuOptions, GpuRuntime};
-use probelight_scene::{Object, Placement, Scene, load_gltf};
+use probelight_runtime::{FrameInput, Runtime};
+use probelight_scene::{Lighting, Object, Placement, Scene, Sky, load_gltf};
 use shown_difference::shown_difference;
 use support::{GpuPictures, LitExample, cornell_with_grid, cpu_picture, picture_lit_on_gpu};
 
@@ -126,6 +127,49 @@ fn objects_that_left_leave_no_shadow() {
     let after = picture(&mut runtime);
     assert_eq!(before.pixels, after.pixels);
     assert!(mean(&with) != mean(&before) && mean(&with_one) != mean(&with));
+}
+
+#[test]
+fn doors_shut_the_same_ways_as_on_the_cpu() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let lit = cornell_with_grid(GridBasis::default());
+    let baked = Arc::clone(lit.runtime.baked());
+    // Without analytic lights, which the backends find in ways of their own.
+    let light = Lighting { sky: Sky::Uniform(Vec3::ONE), ..Lighting::default() };
+    let mut cpu = Runtime::new(Arc::clone(&baked));
+    let mut gpu = GpuRuntime::new(&gpu.device, &gpu.queue, baked, GpuOptions::default()).unwrap();
+    cpu.set_lighting(light.clone()).unwrap();
+    gpu.set_lighting(light).unwrap();
+    let both = |cpu: &mut Runtime, gpu: &mut GpuRuntime| {
+        cpu.reset();
+        gpu.reset();
+        (0..10).for_each(|_| {
+            cpu.step(&FrameInput::default());
+            gpu.step(&FrameInput::default());
+        });
+        [cpu.receiver_irradiance().to_vec(), gpu.read_irradiance().unwrap()]
+    };
+    let difference = |a: &[Vec3], b: &[Vec3]| {
+        let squares = a.iter().zip(b).map(|(a, b)| a.distance_squared(*b)).sum::<f32>();
+        (squares / a.iter().map(|a| a.length_squared()).sum::<f32>()).sqrt()
+    };
+    let open = both(&mut cpu, &mut gpu);
+    assert!(difference(&open[0], &open[1]) < 1e-4);
+    // Before the open side, as a shutter of half its width.
+    let place = |x: f32| Placement { scale: 0.5, ..Placement::at(Vec3::new(x, 1.0, -1.6)) };
+    let door = || Object::new(model(), place(0.0)).unwrap().as_door();
+    let ids = (cpu.objects_mut().insert(door()), gpu.objects_mut().insert(door()));
+    for x in [0.0, 1.5] {
+        cpu.objects_mut().place(ids.0, place(x)).unwrap();
+        gpu.objects_mut().place(ids.1, place(x)).unwrap();
+        let shut = both(&mut cpu, &mut gpu);
+        let (twins, change) = (difference(&shut[0], &shut[1]), difference(&open[0], &shut[0]));
+        assert!(twins < 1e-4 && change > 0.1, "{twins} {change}");
+    }
+    cpu.objects_mut().remove(ids.0).unwrap();
+    gpu.objects_mut().remove(ids.1).unwrap();
+    let again = both(&mut cpu, &mut gpu);
+    assert_eq!([difference(&open[0], &again[0]), difference(&open[1], &again[1])], [0.0; 2]);
 }
 
 #[test]

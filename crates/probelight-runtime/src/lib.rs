@@ -59,6 +59,8 @@
 mod convergence;
 #[cfg(feature = "cpu")]
 pub mod cpu;
+#[cfg(feature = "cpu")]
+mod doors;
 mod error;
 #[cfg(feature = "cpu")]
 mod find_face;
@@ -82,6 +84,8 @@ mod surfels_of_texels;
 pub mod synthetic;
 
 pub use convergence::Convergence;
+#[cfg(feature = "cpu")]
+pub use doors::Ways;
 pub use error::RuntimeError;
 pub use frame::{
     Budget, ClusterExtent, FADE_STEPS, FrameInput, FramePlan, LodChanges, LodGovernor, LodLevel, LodPreset,
@@ -98,3 +102,8 @@ pub use runtime::Runtime;
 #[cfg(feature = "cpu")]
 pub use shadow_turns::{ShadowTurn, ShadowWork};
 pub use surface_colors::SurfaceColors;
+
+/// The code of the page for those who write renderers is compiled with the examples of this documentation.
+#[cfg(all(doctest, feature = "gpu"))]
+#[doc = include_str!("../../../docs/your-renderer.md")]
+struct YourRenderer;

@@ -27,8 +27,10 @@ pub struct ObjectSphere {
     pub reach: f32,
     /// Which of the objects it belongs to.
     pub object: u32,
+    /// How much it darkens what it hides: 1, or 0 where that light is missing without it.
+    pub hides: f32,
     /// Fills the record.
-    pub(crate) unused: [u32; 3],
+    pub(crate) unused: [u32; 2],
 }
 
 /// Spheres of an object.
@@ -86,7 +88,8 @@ pub(crate) fn fit_spheres(model: &Scene) -> Vec<ObjectSphere> {
         albedo: patch.albedo / patch.points,
         reach,
         object: 0,
-        unused: [0; 3],
+        hides: 1.0,
+        unused: [0; 2],
     };
     middles.iter().zip(&patches).filter(|(_, patch)| patch.points > 0.0).map(sphere).collect()
 }
@@ -182,11 +185,12 @@ impl ObjectInfluence {
             let strength = fade(distance / sphere.reach);
             let radii = (distance / sphere.radius.max(f32::MIN_POSITIVE)).max(1.0);
             let share = strength * sphere_form_factor(radii, normal.dot(direction));
-            hidden += share;
+            hidden += sphere.hides * share;
             albedo += share * sphere.albedo;
             from_object += share * direction;
             let angle = lamp.direction.dot(direction).clamp(-1.0, 1.0).acos();
-            lamp_left *= 1.0 - strength * covered_share(lamp.cosine.acos(), radii.recip().asin(), angle);
+            lamp_left *= 1.0
+                - sphere.hides * strength * covered_share(lamp.cosine.acos(), radii.recip().asin(), angle);
         }
         reflected += reflected_by(albedo, from_object);
         let all = light.irradiance(normal).max(Vec3::splat(f32::MIN_POSITIVE));

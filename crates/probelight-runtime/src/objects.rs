@@ -49,7 +49,7 @@ impl Objects {
         let id = ObjectId(self.next);
         self.next += 1;
         self.ids.push(id);
-        let spheres = self.spheres_of(object.model());
+        let spheres = self.spheres_of(&object);
         self.bounds.push(reached_bounds(&object, &spheres));
         self.model_spheres.push(spheres);
         self.objects.push(object);
@@ -90,9 +90,10 @@ impl Objects {
     /// [`RuntimeError::UnknownObject`], or [`RuntimeError::Object`] if it is none; then it keeps the one that it has.
     pub fn reshape(&mut self, id: ObjectId, model: Arc<Scene>) -> Result<(), RuntimeError> {
         let index = self.index(id)?;
-        let placement = *self.objects[index].placement();
-        let object = Object::new(model, placement).map_err(RuntimeError::Object)?;
-        self.model_spheres[index] = self.spheres_of(object.model());
+        let before = &self.objects[index];
+        let object = Object::new(model, *before.placement()).map_err(RuntimeError::Object)?;
+        let object = if before.is_door() { object.as_door() } else { object };
+        self.model_spheres[index] = self.spheres_of(&object);
         self.objects[index] = object;
         self.bounds[index] = reached_bounds(&self.objects[index], &self.model_spheres[index]);
         self.stale = true;
@@ -139,10 +140,27 @@ impl Objects {
         stale
     }
 
-    fn spheres_of(&self, model: &Arc<Scene>) -> Arc<[ObjectSphere]> {
-        let same = self.objects.iter().position(|object| Arc::ptr_eq(object.model(), model));
+    /// Those that shut ways for light, with their handles and the spheres of their models.
+    #[cfg(feature = "cpu")]
+    pub(crate) fn doors(&self) -> impl Iterator<Item = (ObjectId, &Object, &[ObjectSphere])> {
+        let all = self.ids.iter().zip(&self.objects).zip(&self.model_spheres);
+        all.filter(|((_, object), _)| object.is_door())
+            .map(|((id, object), spheres)| (*id, object, &**spheres))
+    }
+
+    fn spheres_of(&self, object: &Object) -> Arc<[ObjectSphere]> {
+        let is_same = |other: &Object| {
+            Arc::ptr_eq(object.model(), other.model()) && object.is_door() == other.is_door()
+        };
+        let same = self.objects.iter().position(is_same);
         let known = same.and_then(|index| self.model_spheres.get(index));
-        known.map_or_else(|| fit_spheres(model).into(), Arc::clone)
+        // What a door hides is missing in the light already.
+        let hides = if object.is_door() { 0.0 } else { 1.0 };
+        let fit = || {
+            let spheres = fit_spheres(object.model()).into_iter();
+            spheres.map(|sphere| ObjectSphere { hides, ..sphere }).collect()
+        };
+        known.map_or_else(fit, Arc::clone)
     }
 
     fn index(&self, id: ObjectId) -> Result<usize, RuntimeError> {

@@ -12,13 +12,14 @@ use crate::convergence::relative_change;
 use crate::cpu::{
     ChooseWork, ClusterCoefficients, Dilation, ProbeRadiance, ReceiverIrradiance, ScalarSignals,
 };
+use crate::doors::Doors;
 use crate::frame::{FramePlans, ReceiverPlace};
 use crate::irradiance_grid::WeightedVertex;
 use crate::scene_state::SceneState;
 use crate::shadow_turns::ShadowTurns;
 use crate::{
     Convergence, FrameInput, FramePlan, GridPlaces, IrradianceGrid, IrradianceLightmap, LodSettings,
-    ObjectInfluence, Objects, RuntimeError, Stage, StageTimings, SurfaceColors,
+    ObjectInfluence, Objects, RuntimeError, Stage, StageTimings, SurfaceColors, Ways,
 };
 
 /// Lights a baked scene, frame by frame. Feature `cpu`, on by default.
@@ -31,6 +32,8 @@ pub struct Runtime {
     state: SceneState,
     /// The objects of the last frame.
     traced_objects: Vec<TracedObject>,
+    /// Once there was one.
+    doors: Option<Box<Doors>>,
     shadow_turns: ShadowTurns,
     grid_places: GridPlaces,
     plans: FramePlans,
@@ -52,6 +55,7 @@ impl Runtime {
             tracer: Tracer::new(Arc::clone(&baked.scene)),
             state: SceneState::new(&baked),
             traced_objects: Vec::new(),
+            doors: None,
             shadow_turns: ShadowTurns::default(),
             grid_places: GridPlaces::new(&baked),
             plans: FramePlans::new(&baked),
@@ -214,6 +218,15 @@ impl Runtime {
         let SceneState { lighting, colors, objects, .. } = &self.state;
         if moved {
             trace_objects(&mut self.traced_objects, objects.as_slice());
+            if self.doors.is_none() && objects.doors().next().is_some() {
+                self.doors = Some(Box::new(Doors::new(baked)));
+            }
+            let mut doors = self.doors.iter_mut();
+            if doors.any(|doors| doors.follow(baked, &self.tracer, objects))
+                && let Some(work) = &mut self.work
+            {
+                work.forget();
+            }
         }
         let turns = self.plans.lod().shadow_turns;
         let work = self.shadow_turns.next(turns, stale.direct, moved);
@@ -252,19 +265,27 @@ impl Runtime {
             }
             None => (plans.plan(), false),
         };
-        probes.relight_probes(&self.baked, plan, &self.signals.values()[..self.baked.surfels.len()], waits);
+        let ways = ways_of(self.doors.as_deref(), &self.baked);
+        probes.relight_probes(
+            &self.baked,
+            ways,
+            plan,
+            &self.signals.values()[..self.baked.surfels.len()],
+            waits,
+        );
     }
 
     fn project_clusters(&mut self) {
         let (baked, plans) = (&*self.baked, &self.plans);
         let (coefficients, signals, probes) = (&mut self.coefficients, self.signals.values(), &self.probes);
+        let ways = ways_of(self.doors.as_deref(), baked);
         let Some(work) = &mut self.work else {
-            coefficients.project_clusters(baked, plans.plan(), signals, probes);
+            coefficients.project_clusters(baked, ways, plans.plan(), signals, probes);
             return;
         };
         let (rules, bands) = (&plans.lod().changes, probes.band_changes());
         let plan = work.choose_clusters(baked, plans.plan(), plans.thresholds(), rules, bands);
-        coefficients.project_clusters(baked, plan, signals, probes);
+        coefficients.project_clusters(baked, ways, plan, signals, probes);
         work.note_light(baked, coefficients.values());
     }
 
@@ -367,6 +388,11 @@ impl Runtime {
 /// What of a plan a frame computes.
 fn work_of<'a>(work: Option<&'a ChooseWork>, plans: &'a FramePlans) -> &'a FramePlan {
     work.map_or(plans.plan(), ChooseWork::work)
+}
+
+/// The ways that light takes.
+fn ways_of<'a>(doors: Option<&'a Doors>, baked: &'a BakedScene) -> Ways<'a> {
+    doors.map_or_else(|| baked.into(), Doors::ways)
 }
 
 /// Renews the objects for rays; models that were there already keep their BVH.

@@ -103,6 +103,7 @@ pub struct Object {
     model: Arc<Scene>,
     model_bounds: Bounds,
     placement: Placement,
+    is_door: bool,
 }
 
 impl Object {
@@ -113,7 +114,24 @@ impl Object {
     pub fn new(model: Arc<Scene>, placement: Placement) -> Result<Self, Unusable> {
         placement.validate()?;
         Unusable::unless(!model.triangles.is_empty(), || "its model has no triangles".into())?;
-        Ok(Self { model_bounds: model.bounds(), model, placement })
+        Ok(Self { model_bounds: model.bounds(), model, placement, is_door: false })
+    }
+
+    /// The same as a door: what opens and shuts ways for light, as a box around its model would. Other objects are taken for
+    /// small things in light that goes on without them.
+    #[must_use]
+    pub fn as_door(self) -> Self {
+        Self { is_door: true, ..self }
+    }
+
+    /// Whether it opens and shuts ways for light.
+    pub fn is_door(&self) -> bool {
+        self.is_door
+    }
+
+    /// The smallest box around its model, in the model's space.
+    pub fn model_bounds(&self) -> &Bounds {
+        &self.model_bounds
     }
 
     /// What it looks like, in its own space.

@@ -64,6 +64,12 @@ const OFFSET_PER_DIAGONAL: f32 = 1e-5;
 /// four steps of an `f32`. It counts in scenes that lie farther from the origin than 40 times their diagonal.
 const OFFSET_PER_COORDINATE: f32 = 2.0 * f32::EPSILON;
 
+impl std::fmt::Debug for Tracer {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Tracer").field("triangles", &self.scene.triangles.len()).finish_non_exhaustive()
+    }
+}
+
 impl Tracer {
     /// Builds the BVH of a valid scene.
     pub fn new(scene: Arc<Scene>) -> Self {

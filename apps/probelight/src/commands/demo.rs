@@ -188,7 +188,7 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
 fn write_setup(scene: BundledScene, folder: &Path, file: &Path) -> anyhow::Result<()> {
     let first = scene.light_path().into_iter().next();
     let keyframes = scene.ball_path().into_iter().take(1).map(|placement| Keyframe { time: 0.0, placement });
-    let ball = ObjectPath { file: BALL.into(), keyframes: keyframes.collect(), clip: None };
+    let ball = ObjectPath { file: BALL.into(), keyframes: keyframes.collect(), clip: None, is_door: false };
     let setup = Setup {
         name: scene.name().into(),
         scene: format!("{}.glb", scene.name()),

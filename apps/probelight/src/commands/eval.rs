@@ -12,7 +12,9 @@ use probelight_eval::{
 };
 use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::{GpuOptions, GpuRuntime};
-use probelight_runtime::{FrameInput, GridPlaces, IrradianceGrid, IrradianceLightmap, Runtime};
+use probelight_runtime::{
+    FrameInput, GridPlaces, IrradianceGrid, IrradianceLightmap, ObjectInfluence, ObjectSphere, Runtime,
+};
 use probelight_scene::Setup;
 use probelight_trace::Tracer;
 use rayon::prelude::*;
@@ -20,6 +22,7 @@ use serde::Serialize;
 
 use crate::backend::{Backend, BackendFlags};
 use crate::console::{self, Console};
+use crate::movers::{Movers, ObjectFlags};
 use crate::{input, interrupt, output};
 
 const EXAMPLES: &str = "\
@@ -48,6 +51,8 @@ pub(crate) struct Flags {
     /// Write the predicted irradiance of every row: columns E_r,E_g,E_b, NaN where there is none
     #[arg(long, value_name = "OUT.csv")]
     predictions: Option<PathBuf>,
+    #[command(flatten)]
+    objects: ObjectFlags,
     #[command(flatten)]
     backend: BackendFlags,
     /// Print one JSON object instead of a table
@@ -83,14 +88,11 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
         output::check(predictions, &[&flags.file, &flags.setup, &flags.points])?;
     }
     let setup = Setup::load(&flags.setup)?;
-    if !setup.objects.is_empty() {
-        console
-            .warn("the setup's objects are left out: points are lit as if nothing moved through the scene");
-    }
     let reference = ReferencePoints::read(&flags.points)?;
     let baked = Arc::new(BakedScene::read(&flags.file)?);
     let backend = flags.backend.open(console)?;
-    let light = lit_scene(&backend, &baked, &setup, console)?;
+    let movers = Movers::load(&setup, Some(&flags.setup), &flags.objects.paths(), console)?;
+    let light = lit_scene(&backend, &baked, &setup, &movers, console)?;
     interrupt::check()?;
 
     let predictions = predict(&light, &baked, &reference);
@@ -134,49 +136,59 @@ struct LitScene {
     /// Irradiance of all receivers.
     receivers: Vec<Vec3>,
     bounces: usize,
+    /// What stands for the objects where they darken and colour soft light.
+    spheres: Vec<ObjectSphere>,
 }
 
 fn lit_scene(
     backend: &Backend,
     baked: &Arc<BakedScene>,
     setup: &Setup,
+    movers: &Movers,
     console: &Console,
 ) -> anyhow::Result<LitScene> {
     let with_grid = baked.has_grid().then(|| FrameInput { whole_grid: true, ..FrameInput::default() });
     match backend {
         Backend::Cpu => {
             let mut runtime = Runtime::new(baked.clone());
+            movers.enter(runtime.objects_mut())?;
             let bounces = input::light(&mut runtime, setup, console)?;
             if let Some(input) = &with_grid {
                 runtime.step(input);
             }
             let receivers = runtime.receiver_irradiance().to_vec();
-            Ok(LitScene { lightmap: runtime.irradiance().clone(), receivers, bounces })
+            let spheres = runtime.objects().spheres().to_vec();
+            Ok(LitScene { lightmap: runtime.irradiance().clone(), receivers, bounces, spheres })
         }
         Backend::Gpu(gpu) => {
             let options = GpuOptions::default();
             let mut runtime = GpuRuntime::new(&gpu.device, &gpu.queue, baked.clone(), options)?;
+            movers.enter(runtime.objects_mut())?;
             let bounces = input::light_on_gpu(&mut runtime, setup, console)?;
             if let Some(input) = &with_grid {
                 runtime.step(input);
             }
             let (lightmap, receivers) = (runtime.read_lightmap()?, runtime.read_irradiance()?);
-            Ok(LitScene { lightmap, receivers, bounces })
+            let spheres = runtime.objects().spheres().to_vec();
+            Ok(LitScene { lightmap, receivers, bounces, spheres })
         }
     }
 }
 
 /// Irradiance of every row on a surface with light of its own, or in free space where there is a grid.
-fn predict(light: &LitScene, baked: &BakedScene, reference: &ReferencePoints) -> Vec<Option<Vec3>> {
+fn predict(lit: &LitScene, baked: &BakedScene, reference: &ReferencePoints) -> Vec<Option<Vec3>> {
     let tracer = Tracer::new(Arc::clone(&baked.scene));
     let places = GridPlaces::new(baked);
-    let grid = IrradianceGrid::new(baked, &places, &light.receivers);
+    let grid = IrradianceGrid::new(baked, &places, &lit.receivers);
     let irradiance = |point: &ReferencePoint| {
         let (position, normal) = (point.position, point.normal);
-        match point.kind {
-            PointKind::Surface => light.lightmap.irradiance_at(&tracer, &baked.lightmap, position, normal),
+        let irradiance = match point.kind {
+            PointKind::Surface => lit.lightmap.irradiance_at(&tracer, &baked.lightmap, position, normal),
             PointKind::FreeSpace => grid.irradiance(position, normal),
-        }
+        };
+        let light = || grid.light(position, normal);
+        let objects = ObjectInfluence::of(&lit.spheres, None, position, normal, light);
+        irradiance.map(|irradiance| irradiance * objects.left + objects.reflected)
     };
     reference.points.par_iter().map(irradiance).collect()
 }

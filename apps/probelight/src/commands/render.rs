@@ -164,7 +164,7 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     let baked = input::load_or_bake(&flags.file, console)?;
     let setup = input::load_setup(flags.setup.as_deref(), &baked.scene)?;
     let camera = input::choose_camera(&setup, flags.camera.as_deref(), flags.size)?;
-    let movers = Movers::load(&setup, flags.setup.as_deref(), &flags.objects.objects, console)?;
+    let movers = Movers::load(&setup, flags.setup.as_deref(), &flags.objects.paths(), console)?;
     let start = Instant::now();
     let mut studio = Studio::new(backend, baked)?;
     studio.objects_mut().set_influence(!flags.influence.no_soft_shadows);

@@ -80,7 +80,7 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
         camera: flags.camera.clone(),
         exposure: flags.exposure,
         resolution: flags.resolution,
-        objects: flags.objects.objects.clone(),
+        objects: flags.objects.paths(),
         ..options()
     };
     let mut window = WindowOptions { vsync: !flags.no_vsync, ..WindowOptions::default() };

@@ -34,6 +34,8 @@ pub(crate) struct Outlook {
     pub(crate) position: Vec3,
     /// Its air space (see [`crate::ground::outlooks`]).
     pub(crate) air_space: u32,
+    /// Its room, a part of that.
+    pub(crate) room: u32,
 }
 
 /// A site, the points that its rays start from, and what it keeps of the light.
@@ -52,6 +54,11 @@ impl Site {
     /// The air space it lies in; `None` where no probe sees it.
     pub(crate) fn air_space(&self) -> Option<u32> {
         self.outlook.map(|outlook| outlook.air_space)
+    }
+
+    /// The room that it lies in; `None` where no probe sees it.
+    pub(crate) fn room(&self) -> Option<u32> {
+        self.outlook.map(|outlook| outlook.room)
     }
 }
 

@@ -10,7 +10,7 @@ use super::per_thread::PerThread;
 use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes, ProbeRadiance, load};
 use crate::frame::leading;
-use crate::{ClusterExtent, FramePlan};
+use crate::{ClusterExtent, FramePlan, Ways};
 
 /// Rows of ΣVᵀ multiplied together, so that each signal is loaded once for all of them. Their three channels'
 /// sums fill twelve vector registers.
@@ -50,6 +50,7 @@ impl ClusterCoefficients {
     pub fn project_clusters(
         &mut self,
         baked: &BakedScene,
+        ways: Ways<'_>,
         plan: &FramePlan,
         signals: &[Vec3],
         probes: &ProbeRadiance,
@@ -68,7 +69,7 @@ impl ClusterCoefficients {
                 let mut columns = columns.lock();
                 columns.load_signals(baked, cluster, extent, signals);
                 columns.load_probes(baked, cluster, extent, probes);
-                let columns = columns.scale(baked, cluster, extent, factors);
+                let columns = columns.scale(ways, cluster, extent, factors);
                 let words = end.words_from(&baked.signal_basis, cluster.signal_basis_offset);
                 project_cluster(baked, cluster, extent, words, columns, &mut b[..extent.rank as usize]);
             },
@@ -146,13 +147,13 @@ impl Columns {
     /// Multiplies the columns that count with their factors.
     fn scale(
         &mut self,
-        baked: &BakedScene,
+        ways: Ways<'_>,
         cluster: &Cluster,
         extent: ClusterExtent,
         factors: &[f32; 256],
     ) -> &[[Lanes; 3]] {
         let count = extent.columns as usize;
-        let exponents = &baked.column_exponents[cluster.column_exponent_offset as usize..][..count];
+        let exponents = &ways.column_exponents[cluster.column_exponent_offset as usize..][..count];
         for channel in &mut self.channels {
             channel[count..count.next_multiple_of(LANES)].fill(0.0);
         }

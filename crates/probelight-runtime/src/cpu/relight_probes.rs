@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use super::per_thread::PerThread;
 use super::{LANES, Lanes};
 use crate::frame::RelightTable;
-use crate::{FramePlan, ProbeExtent};
+use crate::{FramePlan, ProbeExtent, Ways};
 
 /// Probes multiplied together: their 24 sums of one panel, one value of the panel and one of radiance fill the
 /// 32 registers of AVX-512.
@@ -101,6 +101,7 @@ impl ProbeRadiance {
     pub fn relight_probes(
         &mut self,
         baked: &BakedScene,
+        ways: Ways<'_>,
         plan: &FramePlan,
         surfels: &[Vec3],
         notes_changes: bool,
@@ -117,8 +118,8 @@ impl ProbeRadiance {
         let length = baked.probes.len() * 3 * stride;
         self.values[..length]
             .par_chunks_mut(PROBES * 3 * stride)
-            .zip(baked.relight_surfels.par_chunks(PROBES * rays))
-            .zip(baked.relight_gains.par_chunks(PROBES * rays))
+            .zip(ways.relight_surfels.par_chunks(PROBES * rays))
+            .zip(ways.relight_gains.par_chunks(PROBES * rays))
             .zip(plan.probes().par_chunks(PROBES))
             .zip(band_changes.par_chunks_mut(PROBES * bands))
             .filter(|((_, extents), _)| extents.iter().any(|extent| extent.rays > 0))

@@ -12,6 +12,8 @@ use probelight_asset::{BakedScene, Cluster, NONE};
 use super::device::GpuError;
 use super::frame_buffers::RGB_BYTES;
 use super::storage::Storage;
+#[cfg(feature = "cpu")]
+use super::storage::write_words;
 
 /// Receivers of a workgroup of `gather_receivers`: `BLOCK` in its shader.
 pub(super) const GATHER_BLOCK: u32 = 256;
@@ -65,6 +67,12 @@ pub(super) struct ClusterShard {
     pub(super) row_count: usize,
     /// Which these are among all.
     pub(super) rows: Range<usize>,
+    /// Which clusters these are among all.
+    #[cfg(feature = "cpu")]
+    numbers: Range<usize>,
+    /// First word of each cluster's column exponents.
+    #[cfg(feature = "cpu")]
+    exponent_offsets: Vec<u32>,
     pub(super) clusters: wgpu::Buffer,
     /// Number of the signal in each column, among all signals.
     pub(super) column_signals: wgpu::Buffer,
@@ -208,6 +216,10 @@ impl ClusterShard {
         let first_row = baked.clusters[range.start].row_scale_offset as usize;
         Ok(Self {
             rows: first_row..first_row + arrays.row_scales.len(),
+            #[cfg(feature = "cpu")]
+            numbers: range,
+            #[cfg(feature = "cpu")]
+            exponent_offsets: arrays.clusters.iter().map(|cluster| cluster.exponent_offset).collect(),
             cluster_count: arrays.clusters.len(),
             task_count: arrays.tasks.len(),
             row_count: arrays.row_scales.len(),
@@ -221,6 +233,27 @@ impl ClusterShard {
             tasks: storage.array("gather tasks", &arrays.tasks)?,
             coefficients: storage.zeros("coefficients", RGB_BYTES * arrays.row_scales.len() as u64)?,
         })
+    }
+
+    /// Renews the column exponents of some clusters, as far as they are of the shard.
+    #[cfg(feature = "cpu")]
+    pub(super) fn set_exponents(
+        &self,
+        queue: &wgpu::Queue,
+        baked: &BakedScene,
+        exponents: &[u8],
+        clusters: &[u32],
+    ) {
+        for number in clusters.iter().map(|number| *number as usize) {
+            if let Some(offset) =
+                number.checked_sub(self.numbers.start).and_then(|index| self.exponent_offsets.get(index))
+            {
+                let cluster = &baked.clusters[number];
+                let its =
+                    &exponents[cluster.column_exponent_offset as usize..][..baked.column_count(cluster)];
+                write_words(queue, &self.exponents, 4 * u64::from(*offset), its);
+            }
+        }
     }
 }
 

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 use probelight_scene::{Camera, Lighting};
+#[cfg(feature = "cpu")]
+use probelight_trace::Tracer;
 
 use super::blend_borders::BlendBorders;
 use super::choose_work::ChooseWork;
@@ -24,6 +26,8 @@ use super::scene_geometry::SceneGeometry;
 use super::shadow_maps::{ShadowMapOptions, ShadowMaps};
 use super::storage::Storage;
 use super::timestamps::FrameTimestamps;
+#[cfg(feature = "cpu")]
+use crate::doors::Doors;
 use crate::frame::FramePlans;
 use crate::scene_state::SceneState;
 use crate::{FrameInput, RuntimeError, Stage, SurfaceColors};
@@ -62,6 +66,9 @@ pub struct GpuRuntime {
     shadow_maps: ShadowMaps,
     pub(super) moving: MovingGeometry,
     pub(super) moved: bool,
+    /// Once there was one, with what traces rays for them.
+    #[cfg(feature = "cpu")]
+    pub(super) doors: Option<(Tracer, Box<Doors>)>,
     pub(super) grid: GridTables,
     pub(super) buffers: FrameBuffers,
     pub(super) shards: Vec<ClusterShard>,
@@ -71,7 +78,7 @@ pub struct GpuRuntime {
 #[derive(Debug)]
 pub(super) struct Stages {
     pub(super) light_surfels: LightSurfels,
-    relight_probes: RelightProbes,
+    pub(super) relight_probes: RelightProbes,
     project_clusters: ProjectClusters,
     gather_receivers: GatherReceivers,
     /// Where levels of detail leave receivers out.
@@ -161,6 +168,8 @@ impl GpuRuntime {
             shadow_maps,
             moving: MovingGeometry::new(device),
             moved: false,
+            #[cfg(feature = "cpu")]
+            doors: None,
             grid,
             buffers,
             shards,

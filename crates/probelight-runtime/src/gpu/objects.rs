@@ -1,7 +1,15 @@
 //! What moves through a scene on the GPU.
 
+#[cfg(feature = "cpu")]
+use std::sync::Arc;
+
+#[cfg(feature = "cpu")]
+use probelight_trace::Tracer;
+
 use super::{GpuError, GpuRuntime, GridTables, MovingGeometry};
 use crate::Objects;
+#[cfg(feature = "cpu")]
+use crate::doors::Doors;
 
 impl GpuRuntime {
     /// What moves through the scene.
@@ -24,9 +32,31 @@ impl GpuRuntime {
             return Ok(());
         }
         self.moved = true;
+        #[cfg(feature = "cpu")]
+        self.follow_doors();
         let Self { device, queue, state, .. } = self;
         let spheres = self.grid.set_spheres(device, queue, state.objects.spheres());
         self.moving.update(device, queue, state.objects.as_slice()).and(spheres)
+    }
+
+    /// Opens and shuts ways for light where doors are now.
+    #[cfg(feature = "cpu")]
+    fn follow_doors(&mut self) {
+        let Self { queue, baked, state, doors, .. } = self;
+        if doors.is_none() && state.objects.doors().next().is_none() {
+            return;
+        }
+        let (tracer, doors) =
+            doors.get_or_insert_with(|| (Tracer::new(Arc::clone(&baked.scene)), Box::new(Doors::new(baked))));
+        if !doors.follow(baked, tracer, &state.objects) {
+            return;
+        }
+        let (ways, (probes, clusters)) = (doors.ways(), doors.changed());
+        self.stages.relight_probes.set_rays(queue, baked, ways, probes);
+        for shard in &self.shards {
+            shard.set_exponents(queue, baked, ways.column_exponents, clusters);
+        }
+        self.forget_work();
     }
 
     /// The objects on the GPU, for renderers.

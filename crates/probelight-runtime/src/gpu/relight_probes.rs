@@ -8,6 +8,10 @@ use super::frame_buffers::{FrameBuffers, RGB_BYTES};
 use super::kernel::{Kernel, whole};
 use super::stage_shaders::RELIGHT_PROBES;
 use super::storage::Storage;
+#[cfg(feature = "cpu")]
+use super::storage::write_words;
+#[cfg(feature = "cpu")]
+use crate::Ways;
 use crate::frame::RelightTable;
 
 /// Probes of a workgroup: `PROBES` in its shader.
@@ -21,6 +25,10 @@ pub(super) const PANEL: usize = 16;
 pub(super) struct RelightProbes {
     kernel: Kernel,
     group: wgpu::BindGroup,
+    #[cfg(feature = "cpu")]
+    surfels: wgpu::Buffer,
+    #[cfg(feature = "cpu")]
+    gains: wgpu::Buffer,
     sky: wgpu::Buffer,
     workgroups: usize,
 }
@@ -45,7 +53,31 @@ impl RelightProbes {
         let has_rays = usize::from(!baked.relight_directions.is_empty());
         let workgroups =
             has_rays * baked.probes.len().div_ceil(PROBES) * baked.coefficients().div_ceil(4 * PANEL);
-        Ok(Self { kernel, group, sky, workgroups })
+        Ok(Self {
+            kernel,
+            group,
+            #[cfg(feature = "cpu")]
+            surfels,
+            #[cfg(feature = "cpu")]
+            gains,
+            sky,
+            workgroups,
+        })
+    }
+
+    /// Lets the rays of some probes see what doors leave them.
+    #[cfg(feature = "cpu")]
+    pub(super) fn set_rays(&self, queue: &wgpu::Queue, baked: &BakedScene, ways: Ways<'_>, probes: &[u32]) {
+        let rays = baked.relight_directions.len();
+        for probe in probes {
+            let first = *probe as usize * rays;
+            let surfels = &ways.relight_surfels[first..first + rays];
+            write_words(queue, &self.surfels, 4 * first as u64, bytemuck::cast_slice(surfels));
+            // Four gains in a word, of which the first and the last may belong to neighbours.
+            let (start, end) = (first / 4 * 4, (first + rays).next_multiple_of(4));
+            let gains = &ways.relight_gains[start..end.min(ways.relight_gains.len())];
+            write_words(queue, &self.gains, start as u64, gains);
+        }
     }
 
     /// Uploads the sky along the relight rays, unless it has signals of its own.

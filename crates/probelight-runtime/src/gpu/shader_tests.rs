@@ -93,6 +93,21 @@ fn all_shaders_can_be_written_for_direct3d_and_metal() {
 }
 
 #[test]
+fn shaders_of_the_page_for_renderers_compile_with_those_that_they_name() {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/your-renderer.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let blocks: Vec<&str> = page.split("```wgsl\n").skip(1).map(|b| b.split("```").next().unwrap()).collect();
+    assert_eq!(blocks.len(), 3);
+    for block in blocks {
+        let grid = if block.contains("shaders::GRID") { shaders::GRID } else { "" };
+        let spheres = if block.contains("shaders::OBJECT_SPHERES") { shaders::OBJECT_SPHERES } else { "" };
+        parse(&[grid, spheres, block].concat()).unwrap_or_else(|error| panic!("{block}\n{error}"));
+        // Negative control: what a block names is needed.
+        assert!(grid.is_empty() || parse(block).is_err(), "{block}");
+    }
+}
+
+#[test]
 fn what_other_languages_lack_is_noticed() {
     let written = |declaration: &str| {
         let function = "@compute @workgroup_size(1) fn fill() { value = WIDTH; }";
@@ -150,7 +165,7 @@ fn records() -> Vec<(&'static str, Layout)> {
         record!(GridRecord as "Grid" {
             origin, rows, last, kind, spacing, off_surface, counts, sphere_count, cell_blocks, axes,
         }),
-        record!(ObjectSphere as "ObjectSphere" { center, radius, albedo, reach, object, unused }),
+        record!(ObjectSphere as "ObjectSphere" { center, radius, albedo, reach, object, hides, unused }),
         record!(GridCell as "GridCell" { planes, corners }),
         record!(GridBlockRecord as "GridBlock" { present, first, level, nearest }),
         record!(AlphaTestRecord as "AlphaTest" { factor, cutoff, unused }),

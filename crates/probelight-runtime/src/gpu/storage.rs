@@ -51,14 +51,7 @@ impl<'a> Storage<'a> {
     ) -> Result<wgpu::Buffer, GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(values);
         let buffer = self.zeros(content, bytes.len() as u64)?;
-        // Only whole words can be written.
-        let (words, rest) = bytes.as_chunks::<WORD>();
-        self.queue.write_buffer(&buffer, 0, words.as_flattened());
-        if !rest.is_empty() {
-            let mut last = [0; WORD];
-            last[..rest.len()].copy_from_slice(rest);
-            self.queue.write_buffer(&buffer, (words.len() * WORD) as u64, &last);
-        }
+        write_words(self.queue, &buffer, 0, bytes);
         Ok(buffer)
     }
 
@@ -77,5 +70,17 @@ impl<'a> Storage<'a> {
             usage,
             mapped_at_creation: false,
         })
+    }
+}
+
+/// Writes bytes to a place at a whole word, and zeros up to the next one.
+pub(super) fn write_words(queue: &wgpu::Queue, buffer: &wgpu::Buffer, offset: u64, bytes: &[u8]) {
+    // Only whole words can be written.
+    let (words, rest) = bytes.as_chunks::<WORD>();
+    queue.write_buffer(buffer, offset, words.as_flattened());
+    if !rest.is_empty() {
+        let mut last = [0; WORD];
+        last[..rest.len()].copy_from_slice(rest);
+        queue.write_buffer(buffer, offset + (words.len() * WORD) as u64, &last);
     }
 }

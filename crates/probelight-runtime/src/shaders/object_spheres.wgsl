@@ -8,7 +8,9 @@ struct ObjectSphere {
     // Distance at which it hides nothing any more, metres.
     reach: f32,
     object: u32,
-    unused: array<u32, 3>,
+    // How much it darkens what it hides: 1, or 0 where that light is missing without it.
+    hides: f32,
+    unused: array<u32, 2>,
 }
 
 @group(3) @binding(6) var<storage, read> object_spheres: array<ObjectSphere>;
@@ -84,11 +86,11 @@ fn object_influence(
         let strength = 1.0 - smoothstep(FADE_FROM, 1.0, distance / sphere.reach);
         let radii = max(distance / max(sphere.radius, 1e-30), 1.0);
         let share = strength * sphere_form_factor(radii, dot(normal, direction));
-        hidden += share;
+        hidden += sphere.hides * share;
         albedo += share * sphere.albedo;
         from_object += share * direction;
         let between = acos(clamp(dot(lamp.direction, direction), -1.0, 1.0));
-        lamp_left *= 1.0 - strength * covered_share(acos(lamp.cosine), asin(1.0 / radii), between);
+        lamp_left *= 1.0 - sphere.hides * strength * covered_share(acos(lamp.cosine), asin(1.0 / radii), between);
     }
     reflected += reflected_by(light, albedo, from_object);
     let all = max(irradiance_from(light, normal), vec3f(1e-30));

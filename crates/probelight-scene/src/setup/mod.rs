@@ -61,6 +61,7 @@ impl Setup {
     ///   "eval_bounds": [[-1, 0, -1], [1, 2, 1]],
     ///   "objects": [
     ///     {"file": "chair.glb", "position": [1, 0, 0], "yaw_deg": 90, "scale": 1.0},
+    ///     {"file": "door.glb", "door": true, "position": [3, 0, 0]},
     ///     {"file": "fox.glb", "clip": "Walk", "path": [{"time": 0, "position": [0, 1, 0]}, {"time": 2, "position": [0, 1, 3]}]} ],
     ///   "materials": [ {"name": "wall", "base_color": [0.8, 0.1, 0.1], "emission": [0, 0, 0]} ] }
     /// ```
@@ -70,7 +71,7 @@ impl Setup {
     /// `zenith`, `horizon` and `ground`. Point and spot lights may have a `range` in metres, where their light ends as
     /// `KHR_lights_punctual` defines it. `range`, `emissive_scale`, `eval_bounds`,
     /// `objects`, `materials` and the colours in these may be left out. Files of objects are looked for beside the setup; a clip
-    /// is an animation of the file; times are seconds, a yaw turns about +Y.
+    /// is an animation of the file; a door opens and shuts ways for light; times are seconds, a yaw turns about +Y.
     ///
     /// # Errors
     /// [`SceneError::Setup`], with the path of the field and what is allowed there, if it breaks these rules.

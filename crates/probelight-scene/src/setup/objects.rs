@@ -14,6 +14,8 @@ pub struct ObjectPath {
     pub keyframes: Vec<Keyframe>,
     /// The animation of the file that it plays from the beginning on, again and again.
     pub clip: Option<String>,
+    /// Whether it opens and shuts ways for light, see [`crate::Object::as_door`].
+    pub is_door: bool,
 }
 
 /// Where an object is at some time.
@@ -53,12 +55,13 @@ fn object_path(field: &Field<'_>) -> Result<ObjectPath, String> {
     let members = field.object()?;
     let file = members.required("file")?.text()?.into();
     let clip = members.optional("clip").map(|clip| clip.text()).transpose()?.map(Into::into);
+    let is_door = members.optional("door").map(|door| door.boolean()).transpose()?.unwrap_or(false);
     let Some(path) = members.optional("path") else {
-        members.allow_only(&["file", "clip", "path", "position", "yaw_deg", "scale"])?;
+        members.allow_only(&["file", "clip", "door", "path", "position", "yaw_deg", "scale"])?;
         let keyframes = vec![Keyframe { time: 0.0, placement: placement(field, &members)? }];
-        return Ok(ObjectPath { file, keyframes, clip });
+        return Ok(ObjectPath { file, keyframes, clip, is_door });
     };
-    members.allow_only(&["file", "clip", "path"])?;
+    members.allow_only(&["file", "clip", "door", "path"])?;
     let mut keyframes: Vec<Keyframe> = Vec::new();
     for field in path.array()? {
         let key = field.object()?;
@@ -72,7 +75,7 @@ fn object_path(field: &Field<'_>) -> Result<ObjectPath, String> {
     if keyframes.is_empty() {
         return Err(path.error("a path needs at least one keyframe"));
     }
-    Ok(ObjectPath { file, keyframes, clip })
+    Ok(ObjectPath { file, keyframes, clip, is_door })
 }
 
 fn placement(field: &Field<'_>, members: &Object<'_>) -> Result<Placement, String> {

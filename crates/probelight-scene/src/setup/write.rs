@@ -98,6 +98,9 @@ fn object(object: &ObjectPath) -> Value {
     if let Some(clip) = &object.clip {
         written.insert("clip".into(), json!(clip));
     }
+    if object.is_door {
+        written.insert("door".into(), json!(true));
+    }
     match &object.keyframes[..] {
         [only] => written.extend(placement(only)),
         keyframes => {

@@ -122,6 +122,7 @@ impl LiveScene {
                 None => {
                     let shape = shape(model, clip, time);
                     let Ok(object) = Object::new(shape, placement) else { continue };
+                    let object = if entry.path.is_door { object.as_door() } else { object };
                     let id = runtime.objects_mut().insert(object);
                     objects.insert(entry.item, Placed { id, file: entry.path.file.clone() });
                 }

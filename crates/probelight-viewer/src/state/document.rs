@@ -265,5 +265,5 @@ pub fn strength_of_mut(light: &mut Light) -> &mut Vec3 {
 
 /// A path that stays where it begins.
 pub fn standing(file: PathBuf, placement: Placement) -> ObjectPath {
-    ObjectPath { file, keyframes: vec![Keyframe { time: 0.0, placement }], clip: None }
+    ObjectPath { file, keyframes: vec![Keyframe { time: 0.0, placement }], clip: None, is_door: false }
 }
