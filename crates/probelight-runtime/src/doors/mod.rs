@@ -11,9 +11,14 @@
 //! [`DoorSight`] traces rays once, when a door comes; [`DoorSight::shut`] asks which of them the door crosses where it is now,
 //! without tracing anything. The changed numbers are [`OpenWays`], which stand in for those of the baked scene.
 
+mod carriers;
+mod cluster_sight;
 mod open_ways;
+mod probe_sight;
 mod ray_box;
+mod region;
 mod sight;
+mod signal_tables;
 
 use open_ways::OpenWays;
 pub use open_ways::Ways;
@@ -24,7 +29,8 @@ use probelight_scene::Placement;
 use probelight_trace::Tracer;
 
 use self::ray_box::PlacedBox;
-use self::sight::{DoorSight, SignalTables};
+use self::sight::DoorSight;
+use self::signal_tables::SignalTables;
 use crate::{ObjectId, Objects};
 
 /// The doors of a scene, and what they leave of the ways that light takes.
