@@ -69,6 +69,11 @@ impl Page {
         self.told.borrow().to_string()
     }
 
+    /// The setup as the page has it now, or nothing as long as no scene is open.
+    pub fn setup(&self) -> Option<String> {
+        Some(self.runner.app_mut::<Content>()?.viewer.setup()?.to_json())
+    }
+
     /// Opens a scene or a setup by its bytes; the name says which it is.
     pub fn open(&self, name: &str, bytes: &[u8]) {
         if let Some(mut content) = self.runner.app_mut::<Content>() {
@@ -133,7 +138,7 @@ fn tell(viewer: &Viewer) -> Value {
         "ev": viewer.state.shown_ev,
         "picture": [rect.min.x, rect.min.y, rect.width(), rect.height()],
         "lights": viewer.places_of_lights().map(place).collect::<Vec<_>>(),
-        "objects": viewer.state.document.objects.len(),
+        "objects": viewer.places_of_objects().map(place).collect::<Vec<_>>(),
         "times": viewer.figures(),
     })
 }

@@ -36,6 +36,8 @@ async function main() {
     stats: () => ({ ...JSON.parse(page.stats()), wasm_bytes: wasm.memory.buffer.byteLength }),
     /** The picture without what lies over it: width, height, pixels. */
     picture: () => page.picture(),
+    /** Lights, objects and colours as they are now: the text of a setup file. */
+    setup: () => page.setup(),
     /** Opens a .plight, .glb or .json by its bytes. */
     open: (name, bytes) => page.open(name, new Uint8Array(bytes)),
   };

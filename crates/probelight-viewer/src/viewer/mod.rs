@@ -24,7 +24,7 @@ use probelight_math::glam::Vec3;
 use probelight_render::DisplayImage;
 use probelight_runtime::LodGovernor;
 use probelight_runtime::gpu::{GpuDevice, GpuError};
-use probelight_scene::{Camera, ObjectPath};
+use probelight_scene::{Camera, ObjectPath, Setup};
 use web_time::Instant;
 
 use self::frame::Drawn;
@@ -230,12 +230,25 @@ impl Viewer {
         self.screen.read_async()
     }
 
-    /// Where lights are in the window, points; those that are somewhere in the picture.
+    /// The setup as it would be saved; `None` as long as no scene is open.
+    pub fn setup(&self) -> Option<Setup> {
+        Some(self.state.document.setup("".as_ref(), self.live.as_ref()?.scene()))
+    }
+
+    /// Where lights are in the window, points: those that are somewhere before the camera.
     pub fn places_of_lights(&self) -> impl Iterator<Item = egui::Pos2> {
         let frame = handles::Frame { rect: self.rect, camera: &self.state.view.camera };
         let lights = self.state.document.lights.iter();
         let places =
             lights.filter_map(|entry| position_of(&entry.motion.at(&entry.light, self.state.view.time)));
+        places.filter_map(move |place| frame.project(place)).map(|(at, _)| at)
+    }
+
+    /// Where objects are in the window, points: those before the camera.
+    pub fn places_of_objects(&self) -> impl Iterator<Item = egui::Pos2> {
+        let frame = handles::Frame { rect: self.rect, camera: &self.state.view.camera };
+        let objects = self.state.document.objects.iter();
+        let places = objects.map(|entry| entry.placement(self.state.view.time).translation);
         places.filter_map(move |place| frame.project(place)).map(|(at, _)| at)
     }
 
