@@ -69,10 +69,7 @@ impl Loader {
     }
 
     /// Does some work in the background.
-    pub fn run<F: Future<Output = Loaded>>(&mut self, work: impl FnOnce() -> F + Send + 'static)
-    where
-        F: 'static,
-    {
+    pub fn run<F: Future<Output = Loaded> + 'static>(&mut self, work: impl FnOnce() -> F + Send + 'static) {
         self.pending += 1;
         let (sender, context) = (self.sender.clone(), self.context.clone());
         platform::spawn(move || async move {

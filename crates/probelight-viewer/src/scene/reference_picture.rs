@@ -129,15 +129,18 @@ async fn grow(scene: Arc<Scene>, subject: Subject, paths: Arc<Mutex<Paths>>, sto
     };
     for pass in 0..MOST_PASSES {
         let Ok(picture) = path_tracer.render(&camera, 1, u64::from(pass), &stop) else { return };
-        let mut paths = paths.lock().unwrap_or_else(PoisonError::into_inner);
-        paths.width = camera.width;
-        paths.sum.resize(picture.len(), Vec3::ZERO);
-        paths.sum.iter_mut().zip(picture).for_each(|(sum, radiance)| *sum += radiance);
-        paths.passes += 1;
-        drop(paths);
+        add(&mut paths.lock().unwrap_or_else(PoisonError::into_inner), camera.width, picture);
         context.request_repaint();
         platform::breathe().await;
     }
+}
+
+/// Adds a pass.
+fn add(paths: &mut Paths, width: u32, picture: Vec<Vec3>) {
+    paths.width = width;
+    paths.sum.resize(picture.len(), Vec3::ZERO);
+    paths.sum.iter_mut().zip(picture).for_each(|(sum, radiance)| *sum += radiance);
+    paths.passes += 1;
 }
 
 /// A scene with other colours.
