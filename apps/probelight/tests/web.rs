@@ -1,5 +1,6 @@
 //! The page of `web` in a browser, and its pictures beside those that `render` draws.
 #![cfg(target_os = "linux")]
+#![expect(clippy::print_stdout, reason = "figures for whoever asks for them by --nocapture")]
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
