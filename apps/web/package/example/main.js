@@ -64,9 +64,10 @@ async function main() {
   const strength = 0.12 * size ** 2;
   const lamp = new THREE.PointLight(0xffffff, strength);
   lamp.castShadow = true;
-  lamp.shadow.mapSize.set(512, 512);
-  lamp.shadow.bias = -2e-3;
-  lamp.shadow.camera.near = 1e-3 * size;
+  lamp.shadow.mapSize.set(1024, 1024);
+  // Depth is fine near the lamp and coarse far from it: the nearer it begins, the larger the bias must be.
+  lamp.shadow.bias = -5e-4;
+  lamp.shadow.camera.near = 0.02 * size;
   lamp.shadow.camera.far = 2 * size;
   scene.add(lamp);
   const moveLamp = (x, y) => {
@@ -74,7 +75,6 @@ async function main() {
     lamp.position.set(middle.x - x * half.x, middle.y + y * half.y, middle.z);
     lit.setLights({
       ...lit.setup,
-      use_emissive: false,
       lights: [{ type: 'point', position: lamp.position.toArray(), intensity: [strength, strength, strength] }],
     });
   };
