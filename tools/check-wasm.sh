@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # What browsers get: the runtime on the GPU, and the page with the window. Sees to it that nothing comes along that needs
-# threads, files or waiting, checks both for WebAssembly, where warnings are errors, and builds the page. Where the target's
+# threads, files or waiting, checks all of it for WebAssembly, where warnings are errors, and builds the page. Where the target's
 # standard library is not installed, rustup is asked for it; without it checking and building is skipped, which is said.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -47,8 +47,7 @@ if ! is_installed; then
 fi
 if is_installed; then
     # Instead of the workspace's own flags, which are for native code.
-    RUSTFLAGS='' cargo clippy --profile web --target "$target" "${runtime[@]}" -- -D warnings
-    RUSTFLAGS='' cargo clippy --profile web --target "$target" "${page[@]}" -p probelight-viewer -- -D warnings
+    RUSTFLAGS='' cargo clippy --profile web --target "$target" "${page[@]}" --features library -- -D warnings
     tools/build-web.sh
 else
     echo "Skipped: building for browsers needs \`rustup target add $target\`, which did not work here." >&2

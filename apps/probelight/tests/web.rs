@@ -60,6 +60,45 @@ fn native(folder: &Path, setup: &str, size: (u32, u32)) -> Picture {
     Picture::read(&picture)
 }
 
+#[test]
+fn a_page_is_written_with_its_scene_setup_and_objects() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let folder = tempfile::tempdir().unwrap();
+    let setup = std::fs::read_to_string(root.join("assets/setups/cornell_lamp.json")).unwrap();
+    let object = r#""objects": [{"file": "things/ball.glb", "position": [1, 1, 1]}], "cameras""#;
+    std::fs::create_dir(folder.path().join("things")).unwrap();
+    std::fs::copy(root.join("assets/objects/ball.glb"), folder.path().join("things/ball.glb")).unwrap();
+    std::fs::write(folder.path().join("s.json"), setup.replace("\"cameras\"", object)).unwrap();
+    let write = |camera: &str| {
+        Command::new(env!("CARGO_BIN_EXE_probelight"))
+            .args(["web", "site", "--setup", "s.json", "--camera", camera])
+            .arg(root.join("crates/probelight-render/tests/data/cornell.plight"))
+            .arg("--page")
+            .arg(root.join("apps/web/static"))
+            .current_dir(&folder)
+            .output()
+            .unwrap()
+    };
+    let site = folder.path().join("site");
+    let refused = write("back");
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("front"), "it names the cameras there are");
+    assert!(!site.exists());
+
+    let written = write("front");
+    assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
+    let index = std::fs::read_to_string(site.join("index.html")).unwrap();
+    assert!(
+        index.contains(r#"data-scene="scene.plight" data-setup="setup.json" data-camera="front""#),
+        "{index}"
+    );
+    let setup = std::fs::read_to_string(site.join("setup.json")).unwrap();
+    assert!(setup.contains(r#""ball.glb""#) && !setup.contains("things"), "{setup}");
+    for name in ["ball.glb", "page.js", "page.css", "scene.plight"] {
+        assert!(site.join(name).is_file(), "{name}");
+    }
+}
+
 /// The scripts say what they do, and whether they are skipped.
 #[test]
 fn the_page_works_and_shows_what_render_draws() {

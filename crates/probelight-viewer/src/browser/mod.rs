@@ -4,7 +4,7 @@
 //!
 //! | module | job |
 //! | --- | --- |
-//! | [`file`] | reads what was dropped, chosen or downloaded; saves by a download |
+//! | [`mod@file`] | reads what was dropped, chosen or downloaded; saves by a download |
 //! | [`dialogs`] | asks for files |
 //! | [`background`] | work between two pictures |
 

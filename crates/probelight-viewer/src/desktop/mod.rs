@@ -3,7 +3,7 @@
 //! | module | job |
 //! | --- | --- |
 //! | [`window`] | the program's window |
-//! | [`file`] | reads files from the disk, and saves them |
+//! | [`mod@file`] | reads files from the disk, and saves them |
 //! | [`dialogs`] | asks for files |
 //! | [`baker`] | bakes without holding up the window |
 //! | [`background`] | threads |
