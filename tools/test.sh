@@ -2,6 +2,7 @@
 # All tests. Those of the GPU need a Vulkan driver: where there is none, Mesa's driver in software is installed first,
 # if this is a Debian-like Linux and we may. Without one they say that they are skipped; with CI=true they fail.
 # The test that uses the window needs Xvfb, xdotool and ImageMagick, which are installed likewise; without them it is skipped.
+# So is the test that uses the page in a browser without Chromium, Node.js, and the page, which tools/build-web.sh builds.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -29,6 +30,15 @@ fi
 if [[ $(uname) == Linux ]] && command -v apt-get >/dev/null && ! { command -v Xvfb && command -v xdotool && command -v import; } >/dev/null; then
     echo 'Installing xvfb, xdotool and imagemagick for the test of the window.' >&2
     install xvfb xdotool imagemagick || echo 'They could not be installed: it is skipped.' >&2
+fi
+
+if [[ $(uname) == Linux ]] && command -v apt-get >/dev/null && ! { command -v chromium || command -v google-chrome; } >/dev/null; then
+    echo 'Installing chromium for the test of the page.' >&2
+    install chromium || echo 'It could not be installed: the test is skipped.' >&2
+fi
+if [[ $(uname) == Linux ]] && command -v apt-get >/dev/null && ! command -v node >/dev/null; then
+    echo 'Installing nodejs for the test of the page.' >&2
+    install nodejs || echo 'It could not be installed: the test is skipped.' >&2
 fi
 
 # Vulkan drivers complain without a folder of their own.

@@ -6,7 +6,9 @@ use clap::{Args, Parser, Subcommand};
 
 #[cfg(feature = "window")]
 use crate::commands::view;
-use crate::commands::{bake, bench, completions, demo, eval, eval_lod, export, info, man, reference, render};
+use crate::commands::{
+    bake, bench, completions, demo, eval, eval_lod, export, info, man, reference, render, web,
+};
 use crate::console::Console;
 
 const TOUR: &str = "\
@@ -57,6 +59,8 @@ pub(crate) enum Command {
     /// Look at a scene in a window: move its lights and objects, bake it, compare it with the truth
     #[cfg(feature = "window")]
     View(view::Flags),
+    /// Write a page for browsers that shows a baked scene and relights it
+    Web(web::Flags),
     /// Write a baked scene for other programs: glTF, and its light as a lightmap
     Export(export::Flags),
     /// Path-traced truth: a picture, or irradiance at given points (slow)
@@ -89,6 +93,7 @@ impl Command {
             Self::Render(flags) => render::run(flags, console),
             #[cfg(feature = "window")]
             Self::View(flags) => view::run(&flags, console),
+            Self::Web(flags) => web::run(&flags, console),
             Self::Reference(flags) => reference::run(flags, console),
             Self::Eval(flags) => eval::run(&flags, console),
             Self::Export(flags) => export::run(&flags, console),

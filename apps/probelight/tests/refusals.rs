@@ -36,6 +36,7 @@ const BAD_INVOCATIONS: &[(&str, i32, &str)] = &[
     ("bake cornell.glb -o .", 1, "is a folder"),
     ("bake cornell.glb -o cornell.glb", 1, "also an input"),
     ("bake cornell.glb -o setup.json/a.plight", 1, "not a folder"),
+    ("web site cornell.plight --page none", 1, "tools/build-web.sh"),
     ("info cornell.glb", 1, "cornell.glb"),
     ("info none.plight", 1, "none.plight"),
     ("info none.plight --error-map a.exr", 1, "must end in .png"),

@@ -1,14 +1,8 @@
-//! Pictures as a screen shows them, and their PNG files.
+//! Pictures as a screen shows them.
 
-use std::io::{Cursor, Write};
-use std::path::Path;
-
-use image::ImageEncoder;
-use image::codecs::png::PngEncoder;
-use probelight_asset::write_atomically;
 use probelight_math::color::srgb8_from_linear;
 
-use crate::{Image, ImageError};
+use crate::Image;
 
 /// 8-bit sRGB pixels, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,39 +44,11 @@ impl DisplayImage {
             self.pixels[to..to + width].copy_from_slice(&picture.pixels[from..from + width]);
         }
     }
-
-    /// Writes an 8-bit RGB PNG file, whole or not at all.
-    ///
-    /// # Errors
-    /// [`ImageError::Io`] or, for a picture without pixels, [`ImageError::Encode`].
-    pub fn write_png(&self, path: &Path) -> Result<(), ImageError> {
-        let mut bytes = Cursor::new(Vec::new());
-        PngEncoder::new(&mut bytes)
-            .write_image(self.pixels.as_flattened(), self.width, self.height, image::ExtendedColorType::Rgb8)
-            .map_err(|error| ImageError::Encode { path: path.into(), reason: error.to_string() })?;
-        write_atomically(path, |file| file.write_all(bytes.get_ref())).map_err(|source| ImageError::Io {
-            action: "write",
-            path: path.into(),
-            source,
-        })
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn png_round_trip() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.png");
-        let mut picture = DisplayImage::filled(3, 2, [10, 20, 30]);
-        picture.pixels[4] = [255, 0, 128];
-        picture.write_png(&path).unwrap();
-        let back = image::open(&path).unwrap().into_rgb8();
-        assert_eq!(back.dimensions(), (3, 2));
-        assert_eq!(back.into_raw(), picture.pixels.as_flattened());
-    }
 
     #[test]
     fn paste_cuts_off_what_does_not_fit() {

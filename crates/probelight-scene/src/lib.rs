@@ -9,7 +9,7 @@
 //! | `files` | yes | `Setup::load`; without it setups are parsed in memory |
 //! | `gltf` | yes | `load_gltf` and `parse_gltf`, which also read the files that a scene names |
 //!
-//! In browsers (`wasm32-unknown-unknown`) take neither: scenes are baked elsewhere.
+//! In browsers (`wasm32-unknown-unknown`) take neither, or `gltf` for scenes that are one file and come as bytes.
 
 #[cfg(feature = "gltf")]
 mod animated_model;

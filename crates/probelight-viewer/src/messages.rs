@@ -1,8 +1,9 @@
 //! What the window tells: for a while, or until it is read.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use eframe::egui::{Align2, Area, Color32, Context, Frame, Id, RichText, vec2};
+use web_time::Instant;
 
 /// How long a note stays.
 const NOTE_TIME: Duration = Duration::from_secs(6);

@@ -13,3 +13,4 @@ pub(crate) mod reference;
 pub(crate) mod render;
 #[cfg(feature = "window")]
 pub(crate) mod view;
+pub(crate) mod web;

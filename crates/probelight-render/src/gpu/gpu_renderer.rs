@@ -16,11 +16,10 @@ use super::frame_record::FrameRecord;
 use super::markers::Markers;
 use super::materials::Materials;
 use super::moving_surfaces::MovingSurfaces;
-use super::picture_target::{PictureTarget, SAMPLES};
+use super::picture_target::PictureTarget;
 use super::pipelines::{Pipelines, SurfaceShader, frame_layout};
 use super::surface_attributes;
 use super::view::{GpuView, Shading, ViewOptions};
-use crate::Image;
 
 /// A scene under light, in the memory of a GPU.
 #[derive(Debug)]
@@ -199,15 +198,16 @@ impl GpuRenderer {
     ///
     /// # Errors
     /// [`GpuError::OutOfMemory`], [`GpuError::Refused`] or [`GpuError::Lost`].
+    #[cfg(feature = "blocking")]
     pub fn still(
         &mut self,
         scene: &LitScene,
         camera: &Camera,
         options: ViewOptions,
         samples: u32,
-    ) -> Result<Image, GpuError> {
+    ) -> Result<crate::Image, GpuError> {
         let largest = self.device.limits().max_texture_dimension_2d / camera.width.max(camera.height).max(1);
-        let wanted = (f64::from(samples) / f64::from(SAMPLES)).sqrt().ceil() as u32;
+        let wanted = (f64::from(samples) / f64::from(super::picture_target::SAMPLES)).sqrt().ceil() as u32;
         let scale = wanted.min(largest).max(1);
         let camera = Camera { width: scale * camera.width, height: scale * camera.height, ..camera.clone() };
         let target = PictureTarget::new(&self.device, camera.width, camera.height)?;

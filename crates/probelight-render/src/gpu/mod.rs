@@ -6,7 +6,7 @@
 //! | [`view`] | what a picture shows |
 //! | [`picture_target`] | [`PictureTarget`]: the picture while it is drawn, and its pixels |
 //! | [`presenter`] | [`Presenter`]: exposure and tone map, onto a window |
-//! | [`uploaded_light`] | [`UploadedLight`]: light that the CPU's runtime computed |
+//! | `uploaded_light` | `UploadedLight`: light that the CPU's runtime computed |
 //! | `surface_attributes`, `materials`, `material_textures`, `finish`, `moving_surfaces`, `markers`, `cluster_colors` | what is drawn |
 //! | `frame_record` | camera, sky and view as shaders read them |
 //! | `pipelines`, `shaders` | how it is drawn; WGSL sources |
@@ -31,11 +31,13 @@ pub(crate) mod reflection;
 mod shader_tests;
 mod shaders;
 mod surface_attributes;
+#[cfg(feature = "cpu")]
 pub mod uploaded_light;
 pub mod view;
 
 pub use gpu_renderer::{GpuRenderer, LitScene};
 pub use picture_target::PictureTarget;
 pub use presenter::{Coloring, Presenter, Shown};
+#[cfg(feature = "cpu")]
 pub use uploaded_light::UploadedLight;
 pub use view::{GpuView, Shading, ViewOptions};

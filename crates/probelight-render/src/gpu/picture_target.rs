@@ -1,12 +1,7 @@
 //! The picture while it is drawn, and its pixels.
 
-use half::f16;
-use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::GpuError;
 use probelight_runtime::gpu::device::checked;
-use probelight_runtime::gpu::readback::read_texture;
-
-use crate::Image;
 
 /// Format of linear pictures: what can be drawn with several samples per pixel everywhere.
 pub const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -72,13 +67,17 @@ impl PictureTarget {
     ///
     /// # Errors
     /// [`GpuError::Lost`].
-    pub fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Image, GpuError> {
-        let bytes = read_texture(device, queue, &self.resolved)?;
+    #[cfg(feature = "blocking")]
+    pub fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<crate::Image, GpuError> {
+        use half::f16;
+        use probelight_math::glam::Vec3;
+
+        let bytes = probelight_runtime::gpu::readback::read_texture(device, queue, &self.resolved)?;
         let half = |texel: &[u8], channel: usize| {
             f16::from_le_bytes([texel[2 * channel], texel[2 * channel + 1]]).to_f32()
         };
         let pixel = |texel: &[u8]| Vec3::from([0, 1, 2].map(|channel| half(texel, channel)));
         let pixels = bytes.chunks_exact(8).map(pixel).collect();
-        Ok(Image { width: self.resolved.width(), height: self.resolved.height(), pixels })
+        Ok(crate::Image { width: self.resolved.width(), height: self.resolved.height(), pixels })
     }
 }

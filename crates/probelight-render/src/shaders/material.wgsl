@@ -68,7 +68,7 @@ struct Surface {
 }
 
 fn uv_of(corner: SurfaceCorner, slot: u32) -> vec2f {
-    return select(corner.uv.xy, corner.uv.zw, (material.second_uv_sets >> slot & 1u) == 1u);
+    return select(corner.uv.xy, corner.uv.zw, ((material.second_uv_sets >> slot) & 1u) == 1u);
 }
 
 // A surface without light of its own, with the normal of its normal map.

@@ -292,7 +292,7 @@ fn second_band(light: ptr<function, GridLight>, n: vec3f) -> vec3f {
 }
 
 fn corner_at(i: u32) -> vec3u {
-    return vec3u(i & 1u, i >> 1u & 1u, i >> 2u);
+    return vec3u(i & 1u, (i >> 1u) & 1u, i >> 2u);
 }
 
 // Places along each axis of a level.
@@ -397,8 +397,8 @@ fn corners_in_sight(level: u32, place: CellPlace) -> array<vec4f, 2> {
         let shares = select(vec3f(1.0), nearness, stepped == vec3u(1u));
         let share = shares.x * shares.y * shares.z;
         let blocked = corners_from_next(~corners_lighting(number, place.position), way);
-        sight[0] *= 1.0 - share * vec4f(vec4u(blocked) >> vec4u(0u, 1u, 2u, 3u) & vec4u(1u));
-        sight[1] *= 1.0 - share * vec4f(vec4u(blocked) >> vec4u(4u, 5u, 6u, 7u) & vec4u(1u));
+        sight[0] *= 1.0 - share * vec4f((vec4u(blocked) >> vec4u(0u, 1u, 2u, 3u)) & vec4u(1u));
+        sight[1] *= 1.0 - share * vec4f((vec4u(blocked) >> vec4u(4u, 5u, 6u, 7u)) & vec4u(1u));
     }
     return sight;
 }
@@ -425,7 +425,7 @@ fn corners_lighting(number: u32, position: vec3f) -> u32 {
         }
         part |= select(0u, 1u << i, dot(grid_planes[plane], vec4f(position, 1.0)) > 0.0);
     }
-    return cell.corners[part >> 2u] >> (8u * (part & 3u)) & 0xFFu;
+    return (cell.corners[part >> 2u] >> (8u * (part & 3u))) & 0xFFu;
 }
 
 // Outside the grid, and where cells have no vertices, the nearest ones to the first places of the blocks around.

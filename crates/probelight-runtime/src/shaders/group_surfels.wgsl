@@ -52,13 +52,12 @@ fn group_level(
 
 @compute @workgroup_size(256)
 fn group_levels(@builtin(local_invocation_index) local: u32) {
-    if atomicLoad(&flags.any_dirty) == 0u {
-        return;
-    }
+    // Not a return: barriers are for all invocations, and browsers want to see that.
+    let is_dirty = atomicLoad(&flags.any_dirty) != 0u;
     var first = levels.first_group;
     for (var level = 0u; level < levels.level_count; level++) {
         let end = level_ends[level];
-        for (var number = first + local; number < end; number += WORKGROUP) {
+        for (var number = first + local; is_dirty && number < end; number += WORKGROUP) {
             mix_patches(number);
         }
         first = end;

@@ -1,9 +1,10 @@
 //! From obvhs' binary tree to wide nodes.
 
-use std::time::Duration;
-
 use obvhs::BvhBuildParams;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2_from_tris, node::Bvh2Node};
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::bvh2::{Bvh2, node::Bvh2Node};
+use obvhs::ploc::PlocBuilder;
 use obvhs::triangle::Triangle;
 use probelight_math::glam::Vec3;
 use wide::f32x8;
@@ -27,9 +28,26 @@ impl WideBvh {
                 Triangle { v0, v1, v2 }
             })
             .collect();
-        let binary = build_bvh2_from_tris(&prepared, PARAMETERS, &mut Duration::default());
+        let binary = binary_tree(&prepared);
         Folding { binary, triangles, bvh: Self { nodes: Vec::new(), packets: Vec::new() } }.run()
     }
+}
+
+/// What obvhs' `build_bvh2_from_tris` does, without its clock, which browsers do not have.
+fn binary_tree(triangles: &[Triangle]) -> Bvh2 {
+    let mut tree = PlocBuilder::with_capacity(triangles.len()).build(
+        PARAMETERS.ploc_search_distance,
+        triangles,
+        (0..triangles.len() as u32).collect(),
+        PARAMETERS.sort_precision,
+        PARAMETERS.search_depth_threshold,
+    );
+    let mut optimizer = ReinsertionOptimizer::default();
+    let share = PARAMETERS.reinsertion_batch_ratio;
+    optimizer.run(&mut tree, share, None);
+    collapse(&mut tree, PARAMETERS.max_prims_per_leaf, PARAMETERS.collapse_traversal_cost);
+    optimizer.run(&mut tree, share * PARAMETERS.post_collapse_reinsertion_batch_ratio_multiplier, None);
+    tree
 }
 
 /// The work in progress.

@@ -2,24 +2,11 @@
 
 use eframe::egui::{Grid, ProgressBar, Ui};
 use probelight_asset::BakedScene;
-use probelight_bake::Quality;
 
 use super::{Actions, row};
+use crate::platform::QUALITIES;
 use crate::scene::progress::Standing;
 use crate::state::{Action, Request};
-
-/// Qualities, and what one gets.
-const QUALITIES: [(Quality, &str, &str); 4] = [
-    (Quality::Preview, "preview", "coarse and grainy, in a fraction of the time"),
-    (Quality::Medium, "medium", "the default"),
-    (Quality::High, "high", "finer and with less noise, about four times the work"),
-    (Quality::Production, "production", "for the last bake of all, about sixteen times the work"),
-];
-
-/// What a quality is called.
-pub fn quality_name(quality: Quality) -> &'static str {
-    QUALITIES.iter().find(|(other, _, _)| *other == quality).map_or("", |(_, name, _)| name)
-}
 
 /// Shows what was baked, and what could be.
 pub fn show(
@@ -31,12 +18,13 @@ pub fn show(
 ) {
     match standing {
         Some(standing) => progress(ui, standing, actions),
+        None if QUALITIES.is_empty() => _ = ui.label("scenes are baked by `probelight bake`"),
         None => {
             ui.label(if is_baked { "bake this scene again" } else { "this scene is not baked" });
             ui.horizontal(|ui| {
                 for (quality, name, hint) in QUALITIES {
-                    if ui.button(name).on_hover_text(hint).clicked() {
-                        actions.push(Action::Request(Request::Bake(quality)));
+                    if ui.button(*name).on_hover_text(*hint).clicked() {
+                        actions.push(Action::Request(Request::Bake(*quality)));
                     }
                 }
             });
@@ -45,7 +33,7 @@ pub fn show(
     ui.separator();
     if is_baked {
         figures(ui, baked);
-        if ui.button("save the bake…").clicked() {
+        if !QUALITIES.is_empty() && ui.button("save the bake…").clicked() {
             actions.push(Action::Request(Request::SaveBake));
         }
     } else {

@@ -51,6 +51,9 @@ fn item(ui: &mut Ui, text: &str, action: &Action, actions: &mut Actions) {
 
 fn file(ui: &mut Ui, recent: &[PathBuf], actions: &mut Actions) {
     item(ui, "Open…", &Action::Request(Request::ChooseFile), actions);
+    if cfg!(target_arch = "wasm32") {
+        return item(ui, "Save setup", &Action::Request(Request::Save), actions);
+    }
     ui.menu_button("Open recent", |ui| {
         for path in recent {
             let name = path.file_name().unwrap_or_default().to_string_lossy();

@@ -86,7 +86,12 @@ fn stages(ui: &mut Ui, times: &FrameTimes, work: Work, memory: u64, actions: &mu
 }
 
 /// The figures for whoever keeps them.
-pub fn json(times: &FrameTimes, work: Work, memory: u64) -> String {
+fn json(times: &FrameTimes, work: Work, memory: u64) -> String {
+    serde_json::to_string_pretty(&figures(times, work, memory)).unwrap_or_default()
+}
+
+/// The figures as they are copied.
+pub fn figures(times: &FrameTimes, work: Work, memory: u64) -> serde_json::Value {
     let milliseconds = |duration: std::time::Duration| duration.as_secs_f64() * 1e3;
     let stages: serde_json::Map<String, serde_json::Value> = times
         .last_light()
@@ -94,7 +99,7 @@ pub fn json(times: &FrameTimes, work: Work, memory: u64) -> String {
             Stage::ALL.iter().map(|s| (s.name().into(), milliseconds(light.stages[*s]).into())).collect()
         })
         .unwrap_or_default();
-    let report = serde_json::json!({
+    serde_json::json!({
         "frame_milliseconds": times.mean_interval().map(milliseconds),
         "stage_milliseconds": stages,
         "receivers": work.receivers[0],
@@ -102,6 +107,5 @@ pub fn json(times: &FrameTimes, work: Work, memory: u64) -> String {
         "matrix_bytes": work.matrix_bytes[0],
         "matrix_bytes_all": work.matrix_bytes[1],
         "gpu_bytes": memory,
-    });
-    serde_json::to_string_pretty(&report).unwrap_or_default()
+    })
 }

@@ -6,7 +6,7 @@ use half::f16;
 use probelight_math::glam::Vec3;
 use probelight_render::gpu::{Coloring, GpuView, PictureTarget, Presenter, Shown, ViewOptions};
 use probelight_render::{DisplayImage, ToneMap};
-use probelight_runtime::gpu::readback::read_texture;
+use probelight_runtime::gpu::readback::read_texture_async;
 use probelight_runtime::gpu::{GpuDevice, GpuError};
 
 use crate::scene::live_scene::LiveScene;
@@ -141,11 +141,18 @@ impl Screen {
     ///
     /// # Errors
     /// [`GpuError::Lost`].
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn read(&self) -> Result<DisplayImage, GpuError> {
-        let bytes = read_texture(&self.gpu.device, &self.gpu.queue, &self.shown)?;
-        let pixels = bytes.chunks_exact(4).map(|texel| [texel[0], texel[1], texel[2]]).collect();
-        let (width, height) = self.size();
-        Ok(DisplayImage { width, height, pixels })
+        let GpuDevice { device, queue, .. } = &self.gpu;
+        probelight_runtime::gpu::readback::read_texture(device, queue, &self.shown)
+            .map(|bytes| displayed(self.size(), &bytes))
+    }
+
+    /// The picture as it is shown, once the GPU has drawn it.
+    pub fn read_async(&self) -> impl Future<Output = Result<DisplayImage, GpuError>> + use<> {
+        let (GpuDevice { device, queue, .. }, shown, size) =
+            (self.gpu.clone(), self.shown.clone(), self.size());
+        async move { Ok(displayed(size, &read_texture_async(&device, &queue, &shown).await?)) }
     }
 
     /// Uploads the reference if it has grown.
@@ -159,6 +166,12 @@ impl Screen {
             .mean()
             .map(|(width, radiance)| UploadedReference { passes, view: upload(&self.gpu, width, &radiance) });
     }
+}
+
+/// A picture of texels.
+fn displayed((width, height): (u32, u32), bytes: &[u8]) -> DisplayImage {
+    let pixels = bytes.chunks_exact(4).map(|texel| [texel[0], texel[1], texel[2]]).collect();
+    DisplayImage { width, height, pixels }
 }
 
 fn new_shown(gpu: &GpuDevice, width: u32, height: u32) -> wgpu::Texture {

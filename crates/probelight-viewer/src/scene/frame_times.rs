@@ -2,10 +2,11 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use probelight_runtime::StageTimings;
 use probelight_runtime::gpu::{FrameTimestamps, GpuDevice, GpuError};
+use web_time::Instant;
 
 use super::pending::Pending;
 

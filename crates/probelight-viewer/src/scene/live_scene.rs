@@ -51,10 +51,10 @@ impl LiveScene {
     ///
     /// # Errors
     /// If the GPU cannot hold it.
-    pub fn new(gpu: &GpuDevice, baked: Arc<BakedScene>, is_baked: bool) -> Result<Self, GpuError> {
+    pub async fn new(gpu: &GpuDevice, baked: Arc<BakedScene>, is_baked: bool) -> Result<Self, GpuError> {
         let shadow_maps = ShadowMapOptions { for_eye: true, ..ShadowMapOptions::default() };
         let options = GpuOptions { shadow_maps, ..GpuOptions::default() };
-        let runtime = GpuRuntime::new(&gpu.device, &gpu.queue, Arc::clone(&baked), options)?;
+        let runtime = GpuRuntime::new_async(&gpu.device, &gpu.queue, Arc::clone(&baked), options).await?;
         let renderer = GpuRenderer::new(
             &gpu.device,
             &gpu.queue,

@@ -1,5 +1,6 @@
 //! Reading files without holding up the window.
 
+use std::future::Future;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -7,9 +8,10 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use eframe::egui::Context;
 use probelight_asset::BakedScene;
 use probelight_runtime::gpu::GpuDevice;
-use probelight_scene::{AnimatedModel, Scene, Setup, load_animated_gltf, load_gltf};
+use probelight_scene::{AnimatedModel, Setup};
 
 use super::live_scene::LiveScene;
+use crate::platform::{self, File};
 
 /// What a file turned out to be.
 pub enum Loaded {
@@ -36,7 +38,7 @@ pub enum Purpose {
     Object,
 }
 
-/// Threads that read, and what they read.
+/// What is being read, and what has been.
 #[derive(Debug)]
 pub struct Loader {
     context: Context,
@@ -54,26 +56,25 @@ impl Loader {
     }
 
     /// Reads a file.
-    pub fn read(&mut self, path: PathBuf, purpose: Purpose, gpu: &GpuDevice) {
+    pub fn read(&mut self, file: File, purpose: Purpose, gpu: &GpuDevice) {
         let gpu = gpu.clone();
-        self.run(move || match purpose {
-            Purpose::Open => open(&path, &gpu),
-            Purpose::Object => match load_animated_gltf(&path) {
-                Ok(model) => Loaded::Model(path, Arc::new(model)),
-                Err(error) => {
-                    Loaded::Failed(format!("the object {} cannot be used: {error}", path.display()))
-                }
-            },
+        self.run(move || async move {
+            let loaded = match purpose {
+                Purpose::Open if is_setup(file.path()) => setup(&file).await,
+                Purpose::Open => scene(&file, &gpu).await,
+                Purpose::Object => object(&file).await,
+            };
+            loaded.unwrap_or_else(Loaded::Failed)
         });
     }
 
-    /// Does some work in a thread of its own.
-    pub fn run(&mut self, work: impl FnOnce() -> Loaded + Send + 'static) {
+    /// Does some work in the background.
+    pub fn run<F: Future<Output = Loaded> + 'static>(&mut self, work: impl FnOnce() -> F + Send + 'static) {
         self.pending += 1;
         let (sender, context) = (self.sender.clone(), self.context.clone());
-        std::thread::spawn(move || {
+        platform::spawn(move || async move {
             // Nobody listens if the window has closed.
-            let _ = sender.send(work());
+            let _ = sender.send(work().await);
             context.request_repaint();
         });
     }
@@ -101,30 +102,25 @@ fn has_extension(path: &Path, wanted: &[&str]) -> bool {
     extension.is_some_and(|extension| wanted.contains(&extension.as_str()))
 }
 
-fn open(path: &Path, gpu: &GpuDevice) -> Loaded {
-    if is_setup(path) {
-        return match Setup::load(path) {
-            Ok(setup) => Loaded::Setup(path.into(), Box::new(setup)),
-            Err(error) => Loaded::Failed(error.to_string()),
-        };
-    }
-    match read_scene(path) {
-        Ok((baked, is_baked)) => {
-            let warnings = baked.scene.warnings.iter().map(ToString::to_string).collect();
-            match LiveScene::new(gpu, Arc::new(baked), is_baked) {
-                Ok(live) => Loaded::Scene(path.into(), Box::new(live), warnings),
-                Err(error) => Loaded::Failed(format!("{}: {error}", path.display())),
-            }
-        }
-        Err(reason) => Loaded::Failed(reason),
-    }
+async fn setup(file: &File) -> Result<Loaded, String> {
+    Ok(Loaded::Setup(file.path().into(), Box::new(file.setup().await?)))
 }
 
-fn read_scene(path: &Path) -> Result<(BakedScene, bool), String> {
-    if !is_scene(path) {
-        return BakedScene::read(path).map(|baked| (baked, true)).map_err(|error| error.to_string());
-    }
-    let scene: Scene = load_gltf(path).map_err(|error| error.to_string())?;
-    let unbaked = BakedScene::unbaked(Arc::new(scene));
-    unbaked.map(|baked| (baked, false)).map_err(|error| format!("{}: {error}", path.display()))
+async fn object(file: &File) -> Result<Loaded, String> {
+    let named = |error| format!("the object {} cannot be used: {error}", file.path().display());
+    let model = file.model().await.map_err(named)?;
+    Ok(Loaded::Model(file.path().into(), Arc::new(model)))
+}
+
+async fn scene(file: &File, gpu: &GpuDevice) -> Result<Loaded, String> {
+    let named = |error: &dyn std::error::Error| format!("{}: {error}", file.path().display());
+    let is_baked = !is_scene(file.path());
+    let baked = if is_baked {
+        file.bake().await?
+    } else {
+        BakedScene::unbaked(Arc::new(file.scene().await?)).map_err(|error| named(&error))?
+    };
+    let warnings = baked.scene.warnings.iter().map(ToString::to_string).collect();
+    let live = LiveScene::new(gpu, Arc::new(baked), is_baked).await.map_err(|error| named(&error))?;
+    Ok(Loaded::Scene(file.path().into(), Box::new(live), warnings))
 }

@@ -4,14 +4,12 @@
 //! | --- | --- |
 //! | [`live_scene`] | a baked scene, lit and drawn frame by frame as the document has it |
 //! | [`loader`] | reading files without holding up the window |
-//! | [`baker`] | baking without holding up the window |
 //! | [`progress`] | where work in the background stands |
 //! | [`reference_picture`] | the path tracer's picture, which grows while nothing changes |
 //! | [`pick`] | what is at a place |
 //! | [`pending`] | answers of the GPU that are on their way |
 //! | [`frame_times`] | how long frames take |
 
-pub mod baker;
 pub mod frame_times;
 pub mod live_scene;
 pub mod loader;

@@ -3,10 +3,11 @@
 use std::fmt;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use eframe::egui::Context;
 use probelight_trace::Progress;
+use web_time::Instant;
 
 /// How often the window hears of progress.
 const INTERVAL: Duration = Duration::from_millis(100);

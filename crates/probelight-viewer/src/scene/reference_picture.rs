@@ -9,8 +9,11 @@ use probelight_runtime::SurfaceColors;
 use probelight_scene::{Camera, Lighting, Object, Scene};
 use probelight_trace::{PathTracer, Progress, Tracer};
 
-/// The reference has this share of the picture's width and height, so that it grows faster.
-const SCALE: f32 = 0.5;
+use crate::platform;
+
+/// The reference has this share of the picture's width and height, so that it grows faster; less where the window waits for
+/// each pass.
+const SCALE: f32 = if cfg!(target_arch = "wasm32") { 0.2 } else { 0.5 };
 
 /// Paths per pixel after which it is good enough for eyes.
 const MOST_PASSES: u32 = 4096;
@@ -86,7 +89,7 @@ impl ReferencePicture {
             stop: Arc::clone(&stop),
         };
         let (scene, context) = (Arc::clone(scene), context.clone());
-        std::thread::spawn(move || grow(&scene, &subject, &paths, &Stop(stop), &context));
+        platform::spawn(move || grow(scene, subject, paths, Stop(stop), context));
         picture
     }
 
@@ -114,8 +117,9 @@ impl Drop for ReferencePicture {
     }
 }
 
-fn grow(scene: &Scene, subject: &Subject, paths: &Mutex<Paths>, stop: &Stop, context: &Context) {
-    let tracer = Tracer::new(Arc::new(colored(scene, &subject.materials).with_objects(&subject.objects)));
+async fn grow(scene: Arc<Scene>, subject: Subject, paths: Arc<Mutex<Paths>>, stop: Stop, context: Context) {
+    platform::breathe().await;
+    let tracer = Tracer::new(Arc::new(colored(&scene, &subject.materials).with_objects(&subject.objects)));
     let path_tracer = PathTracer::new(Arc::new(tracer), subject.lighting.clone());
     let side = |pixels: u32| ((pixels as f32 * SCALE) as u32).max(1);
     let camera = Camera {
@@ -124,15 +128,19 @@ fn grow(scene: &Scene, subject: &Subject, paths: &Mutex<Paths>, stop: &Stop, con
         ..subject.camera.clone()
     };
     for pass in 0..MOST_PASSES {
-        let Ok(picture) = path_tracer.render(&camera, 1, u64::from(pass), stop) else { return };
-        let mut paths = paths.lock().unwrap_or_else(PoisonError::into_inner);
-        paths.width = camera.width;
-        paths.sum.resize(picture.len(), Vec3::ZERO);
-        paths.sum.iter_mut().zip(picture).for_each(|(sum, radiance)| *sum += radiance);
-        paths.passes += 1;
-        drop(paths);
+        let Ok(picture) = path_tracer.render(&camera, 1, u64::from(pass), &stop) else { return };
+        add(&mut paths.lock().unwrap_or_else(PoisonError::into_inner), camera.width, picture);
         context.request_repaint();
+        platform::breathe().await;
     }
+}
+
+/// Adds a pass.
+fn add(paths: &mut Paths, width: u32, picture: Vec<Vec3>) {
+    paths.width = width;
+    paths.sum.resize(picture.len(), Vec3::ZERO);
+    paths.sum.iter_mut().zip(picture).for_each(|(sum, radiance)| *sum += radiance);
+    paths.passes += 1;
 }
 
 /// A scene with other colours.

@@ -3,7 +3,6 @@
 
 use std::path::PathBuf;
 
-use probelight_bake::Quality;
 use probelight_math::glam::Vec3;
 use probelight_render::gpu::GpuView;
 use probelight_scene::{Camera, Light, Placement};
@@ -13,6 +12,7 @@ use super::document::{Document, Selection, direction_of, position_of};
 use super::edit::Edit;
 use super::history::History;
 use super::view_state::ViewState;
+use crate::platform::Quality;
 
 /// What somebody asks for.
 #[derive(Clone, Debug, PartialEq)]

@@ -58,6 +58,11 @@ pub fn bindings() -> Vec<Binding> {
         action: Action::Show(view),
         description: view.name(),
     }));
+    if cfg!(target_arch = "wasm32") {
+        // What pages do not have.
+        let of_windows = [Request::SaveAs, Request::Screenshot, Request::Quit].map(Action::Request);
+        bindings.retain(|binding| !of_windows.contains(&binding.action));
+    }
     bindings
 }
 

@@ -1,15 +1,13 @@
 //! What is opened and saved.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use probelight_asset::write_atomically;
-use probelight_bake::Quality;
 use probelight_scene::{AnimatedModel, Placement, Setup, parse_animated_gltf};
 
 use super::frame::all_work;
 use super::{PickAnswers, Viewer};
+use crate::platform::{self, File};
 use crate::scene::live_scene::LiveScene;
 use crate::scene::loader::{Loaded, Purpose};
 use crate::state::document::standing;
@@ -17,9 +15,9 @@ use crate::state::{Action, Document, Edit, State};
 
 impl Viewer {
     /// Opens a file. What is open stays until it is there.
-    pub(crate) fn open(&mut self, path: PathBuf) {
+    pub fn open(&mut self, file: File) {
         // A glTF file that is dropped into a baked scene is a scene, too; objects have a button of their own.
-        self.loader.read(path, Purpose::Open, &self.gpu);
+        self.loader.read(file, Purpose::Open, &self.gpu);
     }
 
     /// Takes what was read or baked meanwhile.
@@ -45,7 +43,7 @@ impl Viewer {
 
     fn show_scene(&mut self, path: PathBuf, live: LiveScene, warnings: Vec<String>) {
         if let Some(bake) = self.bake.take() {
-            bake.progress.cancel();
+            bake.cancel();
         }
         self.settings.opened(&path);
         warnings.into_iter().for_each(|warning| self.messages.note(warning));
@@ -68,15 +66,15 @@ impl Viewer {
         self.replace(live);
         (self.scene_file, self.setup_file) = (Some(path), None);
         if let Some(setup) = self.options.setup.take() {
-            self.loader.read(setup, Purpose::Open, &self.gpu);
+            self.loader.read(setup.into(), Purpose::Open, &self.gpu);
         }
         for object in std::mem::take(&mut self.options.objects) {
             self.act(Action::Edit(Edit::AddObject(object)));
         }
         self.act(Action::Deselect);
         self.look_from_named_camera();
-        if !is_baked {
-            self.bake(Quality::Preview);
+        if let Some(quality) = platform::FIRST_QUALITY.filter(|_| !is_baked) {
+            self.bake(quality);
         }
     }
 
@@ -155,7 +153,7 @@ impl Viewer {
             match self.options.ball.as_ref().filter(|(ball, _)| *ball == file).map(|(_, glb)| Arc::clone(glb))
             {
                 Some(glb) => self.read_ball(file, &glb),
-                None => self.loader.read(file, Purpose::Object, &self.gpu),
+                None => self.loader.read(file.into(), Purpose::Object, &self.gpu),
             }
         }
     }
@@ -167,7 +165,7 @@ impl Viewer {
         }
     }
 
-    pub(super) fn save_setup(&mut self, path: &Path) {
+    pub(crate) fn save_setup(&mut self, path: &Path) {
         let Some(live) = &self.live else { return };
         let folder = path.parent().unwrap_or("".as_ref());
         let text = self.state.document.setup(folder, live.scene()).to_json();
@@ -176,28 +174,17 @@ impl Viewer {
             .ball
             .as_ref()
             .filter(|(file, _)| self.state.document.objects.iter().any(|entry| entry.path.file == *file));
-        let written =
-            write_atomically(path, |out| out.write_all(text.as_bytes())).and_then(|()| match ball {
-                Some((file, glb)) => write_atomically(&folder.join(file), |out| out.write_all(glb)),
-                None => Ok(()),
-            });
+        let written = platform::save(path, text.as_bytes()).and_then(|()| match ball {
+            Some((file, glb)) => platform::save(&folder.join(file), glb),
+            None => Ok(()),
+        });
         match written {
             Ok(()) => {
                 self.state.is_changed = false;
                 self.setup_file = Some(path.into());
                 self.messages.note(format!("saved {}", path.display()));
             }
-            Err(error) => self.messages.error(format!("{} cannot be written: {error}", path.display())),
-        }
-    }
-
-    pub(super) fn save_bake(&mut self, path: &Path) {
-        let Some(live) = self.live.as_ref().filter(|live| live.is_baked) else {
-            return self.messages.error("there is no bake to save yet");
-        };
-        match live.baked.write(path) {
-            Ok(()) => self.messages.note(format!("saved {}", path.display())),
-            Err(error) => self.messages.error(error.to_string()),
+            Err(error) => self.messages.error(error),
         }
     }
 }

@@ -1,11 +1,12 @@
 //! Lights and draws the scene if anything changed.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::GpuError;
 use probelight_runtime::{FramePlan, GridPlaces, LodGovernor};
+use web_time::Instant;
 
 use super::Viewer;
 use crate::mouse::{self, Grip};

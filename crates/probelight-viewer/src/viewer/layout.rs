@@ -23,7 +23,7 @@ impl Viewer {
             title: &title(&self.scene_file),
             recent: &self.settings.recent,
             work: match bake {
-                Some(bake) => Some(bake.progress.standing().to_string()),
+                Some(bake) => Some(bake.standing().to_string()),
                 None => (self.loader.pending > 0).then(|| "reading…".into()),
             },
         };
@@ -43,7 +43,7 @@ impl Viewer {
             let panel = Panel::right("settings").resizable(true).default_size(290.0).min_size(260.0);
             let scale = self.governor.as_ref().map(|(_, governor)| governor.scale());
             let passes = self.reference.as_ref().map(ReferencePicture::passes);
-            let standing = bake.as_ref().map(|bake| bake.progress.standing());
+            let standing = bake.as_ref().map(|bake| bake.standing());
             panel.show(ui, |ui| {
                 ui.horizontal(|ui| {
                     for (tab, name) in [
@@ -86,10 +86,7 @@ impl Viewer {
             actions.push(Action::View(Box::new(view)));
         }
         self.messages.show(&context);
-        self.dialog.update(&context);
-        if let Some(path) = self.dialog.take_picked() {
-            self.chosen(path);
-        }
+        self.show_dialogs();
     }
 
     /// The picture, and what the mouse does in it.

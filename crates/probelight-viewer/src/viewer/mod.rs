@@ -17,35 +17,38 @@ mod requests;
 use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
 
 use eframe::egui::{self, CentralPanel, Rect, Ui};
 use eframe::egui_wgpu::RenderState;
-use egui_file_dialog::FileDialog;
 use probelight_math::glam::Vec3;
 use probelight_render::DisplayImage;
 use probelight_runtime::LodGovernor;
 use probelight_runtime::gpu::{GpuDevice, GpuError};
-use probelight_scene::{Camera, ObjectPath};
+use probelight_scene::{Camera, ObjectPath, Setup};
+use web_time::Instant;
 
 use self::frame::Drawn;
+use crate::handles;
 use crate::messages::Messages;
 use crate::mouse::{self, Grip};
 use crate::overlays::GridOfLight;
+use crate::panels;
 use crate::panels::detail::Work;
 use crate::panels::lightmap::LightmapPage;
 use crate::panels::picked::PickedLight;
 use crate::picture::meter::Meter;
 use crate::picture::screen::Screen;
-use crate::scene::baker::RunningBake;
+use crate::platform::{Dialogs, File};
 use crate::scene::frame_times::FrameTimes;
 use crate::scene::live_scene::LiveScene;
 use crate::scene::loader::Loader;
 use crate::scene::pending::Pending;
+use crate::scene::progress::BackgroundProgress;
 use crate::scene::reference_picture::ReferencePicture;
 use crate::settings::Settings;
+use crate::state::document::position_of;
 use crate::state::view_state::ExposureMode;
-use crate::state::{Action, Document, Request, State};
+use crate::state::{Action, Document, State};
 
 /// What the window begins with.
 #[derive(Clone, Debug, Default)]
@@ -79,13 +82,12 @@ pub struct Viewer {
     /// What the window tells.
     pub messages: Messages,
     pub(crate) loader: Loader,
-    pub(crate) bake: Option<RunningBake>,
+    pub(crate) bake: Option<Arc<BackgroundProgress>>,
     pub(crate) scene_file: Option<PathBuf>,
     pub(crate) setup_file: Option<PathBuf>,
     pub(crate) asked_models: HashSet<PathBuf>,
     pub(crate) settings: Settings,
-    pub(crate) dialog: FileDialog,
-    pub(crate) dialog_purpose: Option<DialogPurpose>,
+    pub(crate) dialogs: Dialogs,
     pub(crate) picked: Option<PickedLight>,
     pub(crate) pick_answers: PickAnswers,
     pub(crate) lightmap: Option<LightmapPage>,
@@ -171,8 +173,7 @@ impl Viewer {
             setup_file: None,
             asked_models: HashSet::new(),
             settings,
-            dialog: FileDialog::new(),
-            dialog_purpose: None,
+            dialogs: Dialogs::new(),
             picked: None,
             pick_answers: PickAnswers::default(),
             lightmap: None,
@@ -198,7 +199,7 @@ impl Viewer {
             options,
         };
         if let Some(file) = viewer.options.file.clone() {
-            viewer.open(file);
+            viewer.open(file.into());
         }
         Ok(viewer)
     }
@@ -219,8 +220,41 @@ impl Viewer {
     ///
     /// # Errors
     /// [`GpuError::Lost`].
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn read_picture(&self) -> Result<DisplayImage, GpuError> {
         self.screen.read()
+    }
+
+    /// The picture as it is shown, once the GPU has drawn it.
+    pub fn read_picture_async(&self) -> impl Future<Output = Result<DisplayImage, GpuError>> + use<> {
+        self.screen.read_async()
+    }
+
+    /// The setup as it would be saved; `None` as long as no scene is open.
+    pub fn setup(&self) -> Option<Setup> {
+        Some(self.state.document.setup("".as_ref(), self.live.as_ref()?.scene()))
+    }
+
+    /// Where lights are in the window, points: those that are somewhere before the camera.
+    pub fn places_of_lights(&self) -> impl Iterator<Item = egui::Pos2> {
+        let frame = handles::Frame { rect: self.rect, camera: &self.state.view.camera };
+        let lights = self.state.document.lights.iter();
+        let places =
+            lights.filter_map(|entry| position_of(&entry.motion.at(&entry.light, self.state.view.time)));
+        places.filter_map(move |place| frame.project(place)).map(|(at, _)| at)
+    }
+
+    /// Where objects are in the window, points: those before the camera.
+    pub fn places_of_objects(&self) -> impl Iterator<Item = egui::Pos2> {
+        let frame = handles::Frame { rect: self.rect, camera: &self.state.view.camera };
+        let objects = self.state.document.objects.iter();
+        let places = objects.map(|entry| entry.placement(self.state.view.time).translation);
+        places.filter_map(move |place| frame.project(place)).map(|(at, _)| at)
+    }
+
+    /// How long frames take, as the panel of times copies it.
+    pub fn figures(&self) -> serde_json::Value {
+        panels::timing::figures(&self.times, self.work(), self.memory.1)
     }
 
     /// How many pictures were drawn so far.
@@ -258,9 +292,9 @@ impl eframe::App for Viewer {
         self.take_answers();
         let mut actions = mouse::pressed(&self.context);
         actions.extend(mouse::held(&self.context, &self.state, seconds));
-        let dropped: Vec<PathBuf> =
-            ui.input(|input| input.raw.dropped_files.iter().filter_map(|file| file.path.clone()).collect());
-        actions.extend(dropped.into_iter().map(|path| Action::Request(Request::Open(path))));
+        let dropped: Vec<File> =
+            ui.input(|input| input.raw.dropped_files.iter().filter_map(File::dropped).collect());
+        dropped.into_iter().for_each(|file| self.open(file));
         self.panels(ui, &mut actions);
         CentralPanel::no_frame().show(ui, |ui| self.picture(ui, &mut actions));
         self.windows(&mut actions);

@@ -12,6 +12,7 @@ use probelight_trace::direct_irradiance;
 use super::{PickAnswers, Viewer};
 use crate::panels::lightmap::LightmapPage;
 use crate::panels::picked::PickedLight;
+use crate::platform;
 use crate::scene::live_scene::{LiveScene, audible};
 use crate::scene::pending::{Pending, take_ready};
 use crate::scene::pick::{Picked, pick, reference_at};
@@ -48,7 +49,8 @@ impl Viewer {
             let (sender, receiver) = channel();
             let (tracer, colors) = (Arc::clone(&live.tracer), self.state.document.materials.clone());
             let context = self.context.clone();
-            std::thread::spawn(move || {
+            platform::spawn(move || async move {
+                platform::breathe().await;
                 // Nobody listens if another place was picked.
                 let _ = sender.send(reference_at(&tracer, &colors, lighting, place));
                 context.request_repaint();

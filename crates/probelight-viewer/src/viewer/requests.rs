@@ -1,16 +1,10 @@
 //! What the window does when it is asked.
 
-use std::path::PathBuf;
-
 use eframe::egui::ViewportCommand;
-use egui_file_dialog::{FileDialog, FileDialogConfig};
-use probelight_bake::{BakeOptions, Quality};
 use probelight_runtime::gpu::readback::read_texture_async;
 use probelight_scene::{ObjectPath, Placement};
 
 use super::{DialogPurpose, Viewer};
-use crate::scene::baker::RunningBake;
-use crate::scene::loader::Purpose;
 use crate::scene::pending::Pending;
 use crate::state::document::standing;
 use crate::state::{Action, Edit, Request};
@@ -24,7 +18,7 @@ impl Viewer {
         match request {
             Request::ChooseFile => self.choose(DialogPurpose::Open),
             Request::ChooseObject => self.choose(DialogPurpose::Object),
-            Request::Open(path) => self.open(path),
+            Request::Open(path) => self.open(path.into()),
             Request::AddBall => self.add_ball(),
             Request::Save => match self.setup_file.clone() {
                 Some(path) => self.save_setup(&path),
@@ -36,7 +30,7 @@ impl Viewer {
             Request::Bake(quality) => self.bake(quality),
             Request::CancelBake => {
                 if let Some(bake) = &self.bake {
-                    bake.progress.cancel();
+                    bake.cancel();
                 }
             }
             Request::Pick(pixel) => self.pick(pixel.into()),
@@ -56,49 +50,10 @@ impl Viewer {
         }
     }
 
-    fn choose(&mut self, purpose: DialogPurpose) {
-        let folder = self.setup_file.as_ref().or(self.scene_file.as_ref()).and_then(|file| file.parent());
-        let config = FileDialogConfig::default();
-        let mut dialog = FileDialog::with_config(config);
-        if let Some(folder) = folder.filter(|folder| folder.is_dir()) {
-            dialog = dialog.initial_directory(folder.into());
-        }
-        dialog = match purpose {
-            DialogPurpose::Open => dialog
-                .add_file_filter_extensions("scenes, bakes and setups", vec!["glb", "gltf", "plight", "json"])
-                .default_file_filter("scenes, bakes and setups"),
-            DialogPurpose::Object => {
-                dialog.add_file_filter_extensions("glTF", vec!["glb", "gltf"]).default_file_filter("glTF")
-            }
-            DialogPurpose::SaveSetup => {
-                dialog.add_save_extension("setup", "json").default_file_name(&self.name_with("json"))
-            }
-            DialogPurpose::SaveBake => {
-                dialog.add_save_extension("bake", "plight").default_file_name(&self.name_with("plight"))
-            }
-        };
-        match purpose {
-            DialogPurpose::Open | DialogPurpose::Object => dialog.pick_file(),
-            DialogPurpose::SaveSetup | DialogPurpose::SaveBake => dialog.save_file(),
-        }
-        self.dialog = dialog;
-        self.dialog_purpose = Some(purpose);
-    }
-
-    fn name_with(&self, extension: &str) -> String {
+    /// A name for what belongs to the scene.
+    pub(crate) fn name_with(&self, extension: &str) -> String {
         let stem = self.scene_file.as_ref().and_then(|file| file.file_stem());
         format!("{}.{extension}", stem.unwrap_or("scene".as_ref()).to_string_lossy())
-    }
-
-    /// A file was chosen.
-    pub(crate) fn chosen(&mut self, path: PathBuf) {
-        match self.dialog_purpose.take() {
-            Some(DialogPurpose::Open) => self.open(path),
-            Some(DialogPurpose::Object) => self.loader.read(path, Purpose::Object, &self.gpu),
-            Some(DialogPurpose::SaveSetup) => self.save_setup(&path),
-            Some(DialogPurpose::SaveBake) => self.save_bake(&path),
-            None => {}
-        }
     }
 
     fn add_ball(&mut self) {
@@ -114,23 +69,6 @@ impl Viewer {
     fn ball_scale(&self) -> f32 {
         let wanted = BALL_SIZE * self.state.diagonal;
         wanted / 0.3
-    }
-
-    pub(super) fn bake(&mut self, quality: Quality) {
-        let Some(live) = self.live.as_ref().filter(|_| self.bake.is_none()) else { return };
-        let options = BakeOptions { quality: Some(quality), ..BakeOptions::default() };
-        let bake = RunningBake::start(live.scene(), options, &self.gpu, &mut self.loader, &self.context);
-        self.bake = Some(bake);
-    }
-
-    fn screenshot(&mut self) {
-        let names = (1..).map(|number| PathBuf::from(format!("probelight-{number:03}.png")));
-        let Some(path) = names.into_iter().find(|path| !path.exists()) else { return };
-        let written = self.screen.read().map_err(|error| error.to_string());
-        match written.and_then(|image| image.write_png(&path).map_err(|error| error.to_string())) {
-            Ok(()) => self.messages.note(format!("saved {}", path.display())),
-            Err(error) => self.messages.error(error),
-        }
     }
 
     fn read_lightmap(&mut self) {

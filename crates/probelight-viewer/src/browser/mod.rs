@@ -1,0 +1,37 @@
+//! What a page in a browser does in its own way. Its twin is `desktop`, which has the same names.
+//!
+//! A page has one thread, files only as bytes, and nothing that waits. Scenes are baked elsewhere.
+//!
+//! | module | job |
+//! | --- | --- |
+//! | [`mod@file`] | reads what was dropped, chosen or downloaded; saves by a download |
+//! | [`dialogs`] | asks for files |
+//! | [`background`] | work between two pictures |
+
+pub mod background;
+pub mod dialogs;
+pub mod file;
+
+pub use background::{breathe, spawn};
+pub use dialogs::Dialogs;
+pub use file::File;
+pub(crate) use file::save;
+
+use crate::viewer::Viewer;
+
+/// How scenes are baked in browsers: not at all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quality {}
+
+/// How scenes are baked when they are opened.
+pub const FIRST_QUALITY: Option<Quality> = None;
+
+/// Qualities, and what one gets.
+pub const QUALITIES: &[(Quality, &str, &str)] = &[];
+
+impl Viewer {
+    /// Nobody can ask for this.
+    pub(crate) fn bake(&mut self, quality: Quality) {
+        match quality {}
+    }
+}
