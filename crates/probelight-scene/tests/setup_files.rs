@@ -67,6 +67,7 @@ fn what_is_written_is_read_again() {
     ]);
     value["objects"] = json!([
         {"file": "chair.glb", "position": [1, 2, 3], "yaw_deg": 40, "scale": 2.0},
+        {"file": "door.glb", "door": true, "position": [1, 0, 0]},
         {"file": "fox.glb", "clip": "Walk", "path": [
             {"time": 0, "position": [0, 1, 0]}, {"time": 2, "position": [0, 1, 3], "yaw_deg": -120}
         ]}
@@ -80,6 +81,7 @@ fn what_is_written_is_read_again() {
     }
     for (a, b) in setup.objects.iter().zip(&again.objects) {
         assert_eq!((&a.file, &a.clip, a.keyframes.len()), (&b.file, &b.clip, b.keyframes.len()));
+        assert_eq!((a.is_door, a.is_door), (b.is_door, a.file.ends_with("door.glb")));
         for (a, b) in a.keyframes.iter().zip(&b.keyframes) {
             assert!(a.time == b.time && a.placement.rotation.angle_between(b.placement.rotation) < 1e-3);
             assert_eq!(
@@ -129,6 +131,7 @@ fn spoilt_objects() -> Vec<(&'static str, Value, &'static str)> {
     vec![
         ("/objects", json!([{"position": [0, 0, 0]}]), "objects[0].file is missing"),
         ("/objects", json!([{"file": "a.glb"}]), "objects[0].position is missing"),
+        ("/objects", json!([{"file": "a.glb", "position": [0, 0, 0], "door": 1}]), "objects[0].door"),
         (
             "/objects",
             json!([{"file": "a.glb", "position": [0, 0, 0], "scale": 0}]),

@@ -187,6 +187,12 @@ fn object(ui: &mut Ui, state: &State, entry: &ObjectEntry, models: &Models, acti
         ui.label("size");
         ui.add(DragValue::new(&mut placement.scale).speed(0.01).range(1e-3..=1e3));
         ui.end_row();
+        ui.label("light");
+        let mut is_door = entry.path.is_door;
+        if ui.checkbox(&mut is_door, "a door: opens and shuts ways for it").changed() {
+            actions.push(Action::Edit(Edit::SetDoor(entry.item, is_door)));
+        }
+        ui.end_row();
         clip(ui, entry, models, actions);
     });
     if placement != before {

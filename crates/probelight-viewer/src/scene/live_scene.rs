@@ -14,7 +14,7 @@ use probelight_runtime::{FrameInput, ObjectId};
 use probelight_scene::{AnimatedModel, Camera, Light, Lighting, Object, Scene, Sky};
 use probelight_trace::Tracer;
 
-use crate::state::document::{Document, Item};
+use crate::state::document::{Document, Item, ObjectEntry};
 use crate::state::view_state::{Muted, ViewState};
 
 /// Models of objects, by their files.
@@ -44,6 +44,7 @@ pub struct LiveScene {
 struct Placed {
     id: ObjectId,
     file: PathBuf,
+    is_door: bool,
 }
 
 impl LiveScene {
@@ -107,7 +108,9 @@ impl LiveScene {
     fn sync_objects(&mut self, document: &Document, time: f32) -> Result<(), GpuError> {
         let Self { runtime, objects, models, .. } = self;
         let is_wanted = |item: &Item, placed: &Placed| {
-            document.object(*item).is_some_and(|entry| entry.path.file == placed.file)
+            let is_same =
+                |entry: &ObjectEntry| entry.path.file == placed.file && entry.path.is_door == placed.is_door;
+            document.object(*item).is_some_and(is_same)
         };
         let gone: Vec<Item> =
             objects.iter().filter(|(item, placed)| !is_wanted(item, placed)).map(|(item, _)| *item).collect();
@@ -124,7 +127,8 @@ impl LiveScene {
                     let Ok(object) = Object::new(shape, placement) else { continue };
                     let object = if entry.path.is_door { object.as_door() } else { object };
                     let id = runtime.objects_mut().insert(object);
-                    objects.insert(entry.item, Placed { id, file: entry.path.file.clone() });
+                    let (file, is_door) = (entry.path.file.clone(), entry.path.is_door);
+                    objects.insert(entry.item, Placed { id, file, is_door });
                 }
                 Some(placed) => {
                     if clip.is_some() {

@@ -37,6 +37,8 @@ pub enum Edit {
     PlaceObject(Item, Placement),
     /// The clip that an object plays.
     SetClip(Item, Option<String>),
+    /// Whether an object opens and shuts ways for light.
+    SetDoor(Item, bool),
     /// Notes where an object is at a time, seconds.
     AddObjectKey(Item, f32, Placement),
     /// Lets an object stand where it begins.
@@ -68,6 +70,7 @@ impl Edit {
             Self::RemoveObject(_) => "remove an object",
             Self::PlaceObject(..) => "move an object",
             Self::SetClip(..) => "change a clip",
+            Self::SetDoor(..) => "make an object a door, or none",
             Self::AddObjectKey(..) => "add a keyframe",
             Self::ClearObjectKeys(_) => "remove keyframes",
             Self::SetCamera(_) => "keep a camera",
@@ -118,6 +121,9 @@ impl Edit {
             }
             Self::SetClip(item, clip) => {
                 set(document.object_mut(item).map(|entry| &mut entry.path.clip), clip);
+            }
+            Self::SetDoor(item, is_door) => {
+                set(document.object_mut(item).map(|entry| &mut entry.path.is_door), is_door);
             }
             Self::AddObjectKey(item, time, placement) => {
                 if let Some(entry) = document.object_mut(item) {
