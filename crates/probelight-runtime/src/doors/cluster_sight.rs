@@ -187,32 +187,35 @@ impl ClusterSight {
             let probe = probes.get((carrier as usize).checked_sub(cluster.signal_count as usize)?)?;
             Some(baked.probes[*probe as usize].position)
         };
-        let (mut totals, mut lost) = (self.totals.clone(), vec![0.0; self.totals.len()]);
+        let (mut lost, mut unshown) = (vec![0.0; self.totals.len()], vec![0.0; self.totals.len()]);
         for way in &self.ways {
             let is_shut = door.crosses(way.receiver, way.source);
             for carrier in &self.carriers[way.carriers.start as usize..way.carriers.end as usize] {
                 if probe_of(*carrier).is_some_and(|probe| door.crosses(probe, way.source)) {
-                    totals[*carrier as usize] -= way.weight;
-                    lost[*carrier as usize] += f32::MIN_POSITIVE;
+                    unshown[*carrier as usize] += way.weight;
                 } else if is_shut {
                     lost[*carrier as usize] += way.weight;
                 }
             }
         }
-        for (carrier, source) in &self.unseen {
-            if door.crosses(self.middle, *source) {
-                lost[*carrier as usize] = f32::INFINITY;
-            }
-        }
-        for (carrier, (lost, total)) in
-            (0..).zip(lost.iter().zip(&totals)).filter(|(_, (lost, _))| **lost > 0.0)
-        {
-            // Sums and differences of the same numbers leave some rounding.
-            let total = if *total > 1e-4 * self.totals[carrier as usize] { *total } else { 0.0 };
-            let left = if total > 0.0 { (1.0 - lost / total).max(0.0) } else { 0.0 };
+        let mut dim = |carrier: Carrier, left: f32| {
             for columns in columns_of(baked, cluster, carrier) {
                 ways.dim(baked, self.cluster, columns, left);
             }
+        };
+        let amounts = self.totals.iter().zip(lost).zip(unshown);
+        for (carrier, ((total, lost), unshown)) in
+            (0..).zip(amounts).filter(|(_, ((total, ..), _))| **total > 0.0)
+        {
+            let shown = total - unshown;
+            // Rounding may leave a little of nothing.
+            let left = if shown > 1e-4 * total { (1.0 - lost / shown).max(0.0) } else { 0.0 };
+            if left < 1.0 {
+                dim(carrier, left);
+            }
+        }
+        for (carrier, _) in self.unseen.iter().filter(|(_, source)| door.crosses(self.middle, *source)) {
+            dim(*carrier, 0.0);
         }
     }
 }
