@@ -92,7 +92,7 @@ pub(super) fn columns_of(baked: &BakedScene, cluster: &Cluster, carrier: Carrier
     let (carrier, signals, probes) =
         (carrier as usize, cluster.signal_count as usize, cluster.probe_count as usize);
     if carrier < signals {
-        return vec![carrier..carrier + 1];
+        return std::iter::once(carrier..carrier + 1).collect();
     }
     let probe = carrier - signals;
     if probe < probes {
