@@ -196,7 +196,10 @@ impl View<'_> {
         };
         let soft = || {
             let irradiance = match object {
-                Some(_) => self.surfaces.irradiance_in_air(position, shading_normal),
+                Some(index) => {
+                    let offset = self.world.objects[index].light_offset() * hit.normal;
+                    self.surfaces.irradiance_in_air(position + offset, shading_normal)
+                }
                 None => self.surfaces.irradiance(&hit),
             };
             let objects = self.surfaces.object_influence(position, shading_normal, object);

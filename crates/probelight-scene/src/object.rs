@@ -97,6 +97,9 @@ impl Placement {
     }
 }
 
+/// Where the light of a door is read, as a share of its diagonal: about as far off as vertices are apart in a room.
+const DOOR_LIGHT_OFFSET: f32 = 0.25;
+
 /// An object that moves through a scene: triangles and materials of its own, but no light of the bake.
 #[derive(Clone, Debug)]
 pub struct Object {
@@ -127,6 +130,16 @@ impl Object {
     /// Whether it opens and shuts ways for light.
     pub fn is_door(&self) -> bool {
         self.is_door
+    }
+
+    /// How far off its surface light in free space is read for it, metres: beside a door's own surface that is a mean of both
+    /// of its sides, which the bake takes for one.
+    pub fn light_offset(&self) -> f32 {
+        if self.is_door {
+            DOOR_LIGHT_OFFSET * self.model_bounds.diagonal() * self.placement.scale
+        } else {
+            0.0
+        }
     }
 
     /// The smallest box around its model, in the model's space.

@@ -33,12 +33,19 @@ pub struct TracedObject {
     tracer: Arc<Tracer>,
     placement: Placement,
     bounds: Bounds,
+    light_offset: f32,
 }
 
 impl TracedObject {
     /// Prepares an object; `tracer` is one of its model.
     pub fn new(object: &Object, tracer: Arc<Tracer>) -> Self {
-        Self { tracer, placement: *object.placement(), bounds: object.bounds() }
+        let light_offset = object.light_offset();
+        Self { tracer, placement: *object.placement(), bounds: object.bounds(), light_offset }
+    }
+
+    /// See [`Object::light_offset`].
+    pub fn light_offset(&self) -> f32 {
+        self.light_offset
     }
 
     /// The rays of its model.

@@ -12,6 +12,7 @@ struct ObjectVertex {
     @location(3) @interpolate(perspective, centroid) tangent: vec4f,
     @location(4) @interpolate(flat) face_normal: vec3f,
     @location(5) @interpolate(flat) number: u32,
+    @location(6) @interpolate(flat) light_offset: f32,
 }
 
 @vertex
@@ -33,18 +34,19 @@ fn object_vertex(
         vec4f(placed_direction(placement, tangent.xyz), tangent.w),
         placed_direction(placement, face_normal.xyz),
         placement.number,
+        placement.light_offset,
     );
 }
 
 @fragment
 fn object_color(vertex: ObjectVertex) -> @location(0) vec4f {
-    return vec4f(color_of_object(object_at(vertex), vertex.number), 1.0);
+    return vec4f(color_of_object(object_at(vertex), vertex.number, vertex.light_offset), 1.0);
 }
 
 @fragment
 fn masked_object_color(vertex: ObjectVertex) -> @location(0) vec4f {
     let surface = object_at(vertex);
-    return vec4f(color_of_object(surface, vertex.number), coverage(surface));
+    return vec4f(color_of_object(surface, vertex.number, vertex.light_offset), coverage(surface));
 }
 
 // Objects are shaded by their vertices' normals even where the scene is not: their light is known for any normal.
@@ -57,7 +59,7 @@ fn object_at(vertex: ObjectVertex) -> Surface {
     return surface;
 }
 
-fn color_of_object(surface: Surface, number: u32) -> vec3f {
+fn color_of_object(surface: Surface, number: u32, light_offset: f32) -> vec3f {
     switch frame.view {
         case VIEW_ALBEDO: { return surface.base_color; }
         case VIEW_NORMALS: { return 0.5 + 0.5 * surface.normal; }
@@ -66,7 +68,7 @@ fn color_of_object(surface: Surface, number: u32) -> vec3f {
         case VIEW_LIGHTMAP_TEXELS, VIEW_CLUSTERS: { return vec3f(0.1); }
         default: {}
     }
-    var light = light_in_air(surface.position, surface.face_normal);
+    var light = light_in_air(surface.position + light_offset * surface.face_normal, surface.face_normal);
     let others = object_influence(0u, number, surface.position, surface.normal, &light);
     let irradiance = irradiance_from(&light, surface.normal) * others.left + others.reflected;
     if frame.view == VIEW_IRRADIANCE {

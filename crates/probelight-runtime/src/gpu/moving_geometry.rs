@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use probelight_math::glam::Mat3;
-use probelight_scene::{Object, Placement, Scene};
+use probelight_scene::{Object, Scene};
 use wgpu::BufferUsages;
 
 use super::device::GpuError;
@@ -19,15 +19,18 @@ pub(super) struct PlacementRecord {
     pub(super) rows: [[f32; 4]; 3], // 0
     /// Which of the objects it is.
     pub(super) number: u32, //        48
+    /// [`Object::light_offset`].
+    pub(super) light_offset: f32, //  52
     /// Fills the record.
-    pub(super) unused: [u32; 3], //   52
+    pub(super) unused: [u32; 2], //   56
 }
 
 impl PlacementRecord {
-    fn new(placement: &Placement, number: u32) -> Self {
+    fn new(object: &Object, number: u32) -> Self {
+        let placement = object.placement();
         let linear = (Mat3::from_quat(placement.rotation) * placement.scale).transpose();
         let row = |axis: usize| linear.col(axis).extend(placement.translation[axis]).to_array();
-        Self { rows: [row(0), row(1), row(2)], number, unused: [0; 3] }
+        Self { rows: [row(0), row(1), row(2)], number, light_offset: object.light_offset(), unused: [0; 2] }
     }
 }
 
@@ -85,8 +88,7 @@ impl MovingGeometry {
             match geometry {
                 Ok(geometry) => {
                     let first = records.len() as u32;
-                    let record =
-                        |(number, object): &(u32, &Object)| PlacementRecord::new(object.placement(), *number);
+                    let record = |(number, object): &(u32, &Object)| PlacementRecord::new(object, *number);
                     records.extend(same.iter().map(record));
                     self.models.push(MovingModel { model, geometry, objects: first..records.len() as u32 });
                 }
@@ -114,6 +116,7 @@ fn placement_buffer(device: &wgpu::Device, objects: usize) -> wgpu::Buffer {
 #[cfg(test)]
 mod tests {
     use probelight_math::glam::{Quat, Vec3, Vec4};
+    use probelight_scene::Placement;
 
     use super::*;
 
@@ -124,7 +127,13 @@ mod tests {
             rotation: Quat::from_euler(probelight_math::glam::EulerRot::XYZ, 0.4, 1.3, -0.8),
             scale: 2.5,
         };
-        let (point, record) = (Vec3::new(0.3, 0.7, -0.2), PlacementRecord::new(&placement, 0));
+        let model = Scene {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2]],
+            ..Scene::default()
+        };
+        let object = Object::new(Arc::new(model), placement).unwrap();
+        let (point, record) = (Vec3::new(0.3, 0.7, -0.2), PlacementRecord::new(&object, 0));
         let placed = Vec3::from(record.rows.map(|row| Vec4::from(row).dot(point.extend(1.0))));
         assert!(placed.abs_diff_eq(placement.point(point), 1e-5), "{placed}");
     }

@@ -161,7 +161,7 @@ fn records() -> Vec<(&'static str, Layout)> {
         }),
         record!(LightsRecord as "Lights" { list, count, unused }),
         record!(ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),
-        record!(PlacementRecord as "Placement" { rows, number, unused }),
+        record!(PlacementRecord as "Placement" { rows, number, light_offset, unused }),
         record!(GridRecord as "Grid" {
             origin, rows, last, kind, spacing, off_surface, counts, sphere_count, cell_blocks, axes,
         }),

@@ -5,7 +5,9 @@ struct Placement {
     rows: array<vec4f, 3>,
     // Which of the objects it is.
     number: u32,
-    unused: array<u32, 3>,
+    // How far off its surface light in free space is read, metres.
+    light_offset: f32,
+    unused: array<u32, 2>,
 }
 
 fn placed_point(placement: Placement, point: vec3f) -> vec3f {
