@@ -70,7 +70,7 @@ pub(crate) fn load_or_bake(path: &Path, console: &Console) -> anyhow::Result<Arc
 fn changed_materials(setup: &Setup, scene: &Scene, console: &Console) -> Vec<(usize, SurfaceColors)> {
     warn_of_unknown_materials(setup, scene, console);
     let was = SurfaceColors::of(scene);
-    let colors = SurfaceColors::of(&colored(setup, scene));
+    let colors = SurfaceColors::changed(scene, &setup.materials);
     let changed = colors.into_iter().enumerate().filter(|(material, colors)| was[*material] != *colors);
     changed.collect()
 }

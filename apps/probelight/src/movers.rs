@@ -9,7 +9,7 @@ use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 use probelight_runtime::{ObjectId, Objects, RuntimeError};
 use probelight_scene::{
-    AnimatedModel, Keyframe, Object, ObjectPath, Placement, Scene, Setup, Unusable, load_animated_gltf,
+    AnimatedModel, Keyframe, Object, ObjectPath, Placement, Scene, Setup, load_animated_gltf,
 };
 
 use crate::console::Console;
@@ -97,10 +97,7 @@ impl Movers {
 
     /// The objects as they are at a time, seconds.
     pub(crate) fn at(&self, time: f32) -> anyhow::Result<Vec<Object>> {
-        let object = |mover: &Mover| {
-            let object = Object::new(mover.shape(time), mover.path.placement(time))?;
-            Ok::<_, Unusable>(if mover.path.is_door { object.as_door() } else { object })
-        };
+        let object = |mover: &Mover| mover.path.object(mover.shape(time), mover.path.placement(time));
         Ok(self.movers.iter().map(object).collect::<Result<_, _>>()?)
     }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use js_sys::{Array, Float32Array, Object, Reflect, Uint32Array};
 use probelight_asset::{BakedScene, LitMesh};
 use probelight_math::glam::{Vec2, Vec3};
-use probelight_runtime::gpu::{GpuOptions, GpuRuntime, ShadowMapOptions};
+use probelight_runtime::gpu::{GpuOptions, GpuRuntime};
 use probelight_runtime::{FrameInput, SurfaceColors};
 use probelight_scene::Setup;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -39,7 +39,7 @@ impl Device {
     /// If it is broken, or the device cannot hold it.
     pub async fn load(&self, bytes: &[u8]) -> Result<Scene, JsError> {
         let baked = Arc::new(BakedScene::from_bytes(bytes)?);
-        let options = GpuOptions { shadow_maps: ShadowMapOptions::default(), ..GpuOptions::default() };
+        let options = GpuOptions::default();
         let runtime = GpuRuntime::new_async(&self.device, &self.queue, Arc::clone(&baked), options).await?;
         Ok(Scene { runtime, baked })
     }
@@ -61,14 +61,7 @@ impl Scene {
     #[wasm_bindgen(js_name = setLights)]
     pub fn set_lights(&mut self, setup: &str) -> Result<(), JsError> {
         let setup = Setup::parse(setup, "the setup".as_ref())?;
-        let mut colors = SurfaceColors::of(&self.baked.scene);
-        for change in &setup.materials {
-            for material in change.materials(&self.baked.scene) {
-                let present = &mut colors[material];
-                present.base_color = change.base_color.unwrap_or(present.base_color);
-                present.emission = change.emission.unwrap_or(present.emission);
-            }
-        }
+        let colors = SurfaceColors::changed(&self.baked.scene, &setup.materials);
         self.runtime.set_lighting(setup.lighting)?;
         for (material, colors) in colors.iter().enumerate() {
             self.runtime.set_base_color(material, colors.base_color)?;

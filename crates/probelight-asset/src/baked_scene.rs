@@ -6,7 +6,7 @@
 //! place in the progressive set, a cluster's columns by spherical-harmonics band, its singular values
 //! descending, its receivers coarsest lightmap level first.
 
-use std::ops::Deref;
+use std::ops::{Deref, Range};
 use std::sync::Arc;
 
 use probelight_math::glam::{Vec3, Vec4};
@@ -173,6 +173,25 @@ impl BakedParts {
     pub fn texels(&self, cluster: &Cluster) -> &[u32] {
         let texels = self.receiver_texels.get(cluster.first_receiver as usize..).unwrap_or_default();
         &texels[..texels.len().min(cluster.receiver_count as usize)]
+    }
+
+    /// A cluster's scalar signals, in the order of its first columns.
+    #[inline]
+    pub fn signals_of(&self, cluster: &Cluster) -> &[u32] {
+        &self.cluster_signals[cluster.first_signal as usize..][..cluster.signal_count as usize]
+    }
+
+    /// A cluster's probes.
+    #[inline]
+    pub fn probes_of(&self, cluster: &Cluster) -> &[u32] {
+        &self.cluster_probes[cluster.first_probe as usize..][..cluster.probe_count as usize]
+    }
+
+    /// Where a probe's relight rays lie among all.
+    #[inline]
+    pub fn rays_of(&self, probe: usize) -> Range<usize> {
+        let rays = self.relight_directions.len();
+        probe * rays..(probe + 1) * rays
     }
 
     /// The light samples of a surfel; at least one.

@@ -86,20 +86,21 @@ impl KdRule {
 
 /// Some sites, those of each room together; no room is part of two air spaces.
 pub(crate) fn by_room(sites: &[Site], numbers: Range<u32>) -> Vec<Vec<u32>> {
-    let mut by_room: BTreeMap<Option<u32>, Vec<u32>> = BTreeMap::new();
-    for number in numbers {
-        by_room.entry(sites[number as usize].room()).or_default().push(number);
-    }
-    by_room.into_values().collect()
+    group_by(sites, numbers, Site::room)
 }
 
 /// Some sites, those of each air space together.
 pub(crate) fn by_air_space(sites: &[Site], numbers: Range<u32>) -> Vec<Vec<u32>> {
-    let mut by_space: BTreeMap<Option<u32>, Vec<u32>> = BTreeMap::new();
+    group_by(sites, numbers, Site::air_space)
+}
+
+/// Some sites, those with the same key together.
+fn group_by(sites: &[Site], numbers: Range<u32>, key: fn(&Site) -> Option<u32>) -> Vec<Vec<u32>> {
+    let mut groups: BTreeMap<Option<u32>, Vec<u32>> = BTreeMap::new();
     for number in numbers {
-        by_space.entry(sites[number as usize].air_space()).or_default().push(number);
+        groups.entry(key(&sites[number as usize])).or_default().push(number);
     }
-    by_space.into_values().collect()
+    groups.into_values().collect()
 }
 
 /// Mean position of a group, metres.

@@ -21,14 +21,14 @@ use support::{load, quick, quick_bake};
 /// off: one value for each column.
 fn constant_radiance(baked: &BakedScene, cluster: &Cluster) -> Vec<f32> {
     let (patches, sky) = (baked.first_emitter_signal(), baked.first_sky_signal());
-    let signals = &baked.cluster_signals[cluster.first_signal as usize..][..cluster.signal_count as usize];
+    let signals = baked.signals_of(cluster);
     let value = |signal: &u32| match *signal as usize {
         s if s < patches => 1.0,
         s if s == sky => 1.0 / Y00,
         _ => 0.0,
     };
     let mut values: Vec<f32> = signals.iter().map(value).collect();
-    let probes = &baked.cluster_probes[cluster.first_probe as usize..][..cluster.probe_count as usize];
+    let probes = baked.probes_of(cluster);
     let coefficients: Vec<Vec<f32>> = probes.iter().map(|p| measured_by_probe(baked, *p as usize)).collect();
     for l in 0..=baked.settings.sh_degree as usize {
         values.extend(coefficients.iter().flat_map(|of_probe| &of_probe[l * l..(l + 1) * (l + 1)]));

@@ -41,10 +41,10 @@ impl Image {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn gradient() -> Image {
+    pub(crate) fn gradient() -> Image {
         let mut image = Image::filled(7, 5, Vec3::ZERO);
         for (i, pixel) in image.pixels.iter_mut().enumerate() {
             *pixel = Vec3::new(i as f32 * 0.37, 1e5 / (i as f32 + 1.0), -(i as f32));

@@ -63,11 +63,7 @@ impl Image {
             .non_parallel()
             .to_buffered(&mut bytes)
             .map_err(|error| ImageError::Encode { path: path.into(), reason: error.to_string() })?;
-        write_atomically(path, |file| file.write_all(bytes.get_ref())).map_err(|source| ImageError::Io {
-            action: "write",
-            path: path.into(),
-            source,
-        })
+        write(path, bytes.get_ref())
     }
 
     /// Reads the RGB channels of an OpenEXR file (16- or 32-bit), of its first layer that has them.
@@ -115,25 +111,23 @@ impl DisplayImage {
         PngEncoder::new(&mut bytes)
             .write_image(self.pixels.as_flattened(), self.width, self.height, image::ExtendedColorType::Rgb8)
             .map_err(|error| ImageError::Encode { path: path.into(), reason: error.to_string() })?;
-        write_atomically(path, |file| file.write_all(bytes.get_ref())).map_err(|source| ImageError::Io {
-            action: "write",
-            path: path.into(),
-            source,
-        })
+        write(path, bytes.get_ref())
     }
+}
+
+/// Writes a file, whole or not at all.
+fn write(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    write_atomically(path, |file| file.write_all(bytes)).map_err(|source| ImageError::Io {
+        action: "write",
+        path: path.into(),
+        source,
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn gradient() -> Image {
-        let mut image = Image::filled(7, 5, Vec3::ZERO);
-        for (i, pixel) in image.pixels.iter_mut().enumerate() {
-            *pixel = Vec3::new(i as f32 * 0.37, 1e5 / (i as f32 + 1.0), -(i as f32));
-        }
-        image
-    }
+    use crate::image::tests::gradient;
 
     #[test]
     fn exr_keeps_every_bit_and_the_row_order() {

@@ -90,9 +90,8 @@ impl Objects {
     /// [`RuntimeError::UnknownObject`], or [`RuntimeError::Object`] if it is none; then it keeps the one that it has.
     pub fn reshape(&mut self, id: ObjectId, model: Arc<Scene>) -> Result<(), RuntimeError> {
         let index = self.index(id)?;
-        let before = &self.objects[index];
-        let object = Object::new(model, *before.placement()).map_err(RuntimeError::Object)?;
-        let object = if before.is_door() { object.as_door() } else { object };
+        let mut object = self.objects[index].clone();
+        object.reshape(model).map_err(RuntimeError::Object)?;
         self.model_spheres[index] = self.spheres_of(&object);
         self.objects[index] = object;
         self.bounds[index] = reached_bounds(&self.objects[index], &self.model_spheres[index]);

@@ -219,10 +219,10 @@ impl Runtime {
         if moved {
             trace_objects(&mut self.traced_objects, objects.as_slice());
             if self.doors.is_none() && objects.doors().next().is_some() {
-                self.doors = Some(Box::new(Doors::new(baked)));
+                self.doors = Some(Box::new(Doors::new(baked, &self.tracer)));
             }
-            let mut doors = self.doors.iter_mut();
-            if doors.any(|doors| doors.follow(baked, &self.tracer, objects))
+            if let Some(doors) = &mut self.doors
+                && doors.follow(baked, &self.tracer, objects)
                 && let Some(work) = &mut self.work
             {
                 work.forget();

@@ -2,7 +2,7 @@
 
 use probelight_asset::{BakedScene, Emitter};
 use probelight_math::glam::Vec3;
-use probelight_scene::{Lighting, Scene};
+use probelight_scene::{Lighting, MaterialColors, Scene};
 
 /// What a material contributes to light transport, before textures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +21,19 @@ impl SurfaceColors {
             emission: m.emission,
         };
         scene.materials.iter().map(colors).collect()
+    }
+
+    /// The same with the changes of a setup, in their order.
+    pub fn changed(scene: &Scene, changes: &[MaterialColors]) -> Vec<Self> {
+        let mut colors = Self::of(scene);
+        for change in changes {
+            for material in change.materials(scene) {
+                let colors = &mut colors[material];
+                colors.base_color = change.base_color.unwrap_or(colors.base_color);
+                colors.emission = change.emission.unwrap_or(colors.emission);
+            }
+        }
+        colors
     }
 }
 

@@ -167,6 +167,15 @@ impl Object {
         Ok(())
     }
 
+    /// Another model in its place: what it is and where it is stay.
+    ///
+    /// # Errors
+    /// If the model has no triangles; then it keeps the one that it has.
+    pub fn reshape(&mut self, model: Arc<Scene>) -> Result<(), Unusable> {
+        *self = Self { is_door: self.is_door, ..Self::new(model, self.placement)? };
+        Ok(())
+    }
+
     /// The smallest box around the box of its model, metres, world space.
     pub fn bounds(&self) -> Bounds {
         self.placement.bounds(&self.model_bounds)

@@ -66,20 +66,21 @@ fn link_probes(
             directions.iter().zip(relight_hits.get(p * rays..).unwrap_or_default()).take(SHARED_POINTS);
         rays.filter_map(|(d, hit)| Some(probes.positions[p] + off_surface(d, hit.as_ref()?))).collect()
     };
+    let seen: Vec<Vec<Vec3>> = (0..probes.positions.len()).map(seen_by).collect();
     let share_seen_from = |place: Vec3, points: &[Vec3]| {
         let seen = points.iter().filter(|point| tracer.is_visible(**point, place)).count();
         seen as f32 / points.len().max(1) as f32
     };
     let links_of = |p: usize| -> Vec<Link> {
-        let (position, seen) = (probes.positions[p], seen_by(p));
+        let position = probes.positions[p];
         let others = probes.nearest(position, NEIGHBOURS).into_iter().filter(|q| *q as usize != p);
         let link = |q: u32| {
             let other = probes.positions[q as usize];
             let (there, back) =
-                (share_seen_from(other, &seen), share_seen_from(position, &seen_by(q as usize)));
+                (share_seen_from(other, &seen[p]), share_seen_from(position, &seen[q as usize]));
             // Where both see the sky only, there is nothing between them.
             let is_linked = there > 0.0 || tracer.is_visible(position, other);
-            let shared = if seen.is_empty() && is_linked { 1.0 } else { there.min(back) };
+            let shared = if seen[p].is_empty() && is_linked { 1.0 } else { there.min(back) };
             is_linked.then_some(Link { ends: [p as u32, q], shared })
         };
         others.filter_map(link).collect()

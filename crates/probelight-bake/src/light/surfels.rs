@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn groups_weigh_their_parts_by_area_and_keep_to_their_side_and_room() {
+    fn groups_weigh_their_parts_by_area_and_keep_to_their_side_and_air_space() {
         let scene = SmallScene::load("rooms.glb");
         let tree = &scene.light.sources.surfels;
         assert_eq!(tree.sizes.len(), tree.patches());

@@ -105,8 +105,8 @@ impl Columns {
         extent: ClusterExtent,
         signals: &[Vec3],
     ) {
-        let count = cluster.signal_count.min(extent.columns) as usize;
-        let numbers = &baked.cluster_signals[cluster.first_signal as usize..][..count];
+        let numbers = baked.signals_of(cluster);
+        let numbers = &numbers[..numbers.len().min(extent.columns as usize)];
         let [red, green, blue] = self.channels.each_mut().map(|channel| &mut channel[..numbers.len()]);
         for (column, number) in numbers.iter().enumerate() {
             let signal = signals[*number as usize];
@@ -126,7 +126,7 @@ impl Columns {
         extent: ClusterExtent,
         radiance: &ProbeRadiance,
     ) {
-        let probes = &baked.cluster_probes[cluster.first_probe as usize..][..cluster.probe_count as usize];
+        let probes = baked.probes_of(cluster);
         for (channel, columns) in self.channels.iter_mut().enumerate() {
             let mut column = cluster.signal_count as usize;
             for l in 0..=baked.settings.sh_degree as usize {

@@ -52,8 +52,8 @@ struct Shut {
 
 impl Doors {
     /// For a scene without doors yet.
-    pub(crate) fn new(baked: &BakedScene) -> Self {
-        Self { tables: SignalTables::new(baked), sights: Vec::new(), ways: OpenWays::new(baked) }
+    pub(crate) fn new(baked: &BakedScene, tracer: &Tracer) -> Self {
+        Self { tables: SignalTables::new(baked, tracer), sights: Vec::new(), ways: OpenWays::new(baked) }
     }
 
     /// The ways that they leave.
@@ -61,7 +61,7 @@ impl Doors {
         self.ways.ways()
     }
 
-    /// Probes and clusters whose ways are not those of the baked scene, or were not in the last frame.
+    /// Probes and clusters whose ways are not those of the baked scene, or ever were not.
     #[cfg(feature = "gpu")]
     pub(crate) fn changed(&self) -> (&[u32], &[u32]) {
         (&self.ways.probes, &self.ways.clusters)

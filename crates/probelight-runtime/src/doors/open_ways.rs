@@ -1,7 +1,7 @@
 //! Ways of light as doors leave them.
 
+use probelight_asset::BakedScene;
 use probelight_asset::packed::EXPONENT_STEPS;
-use probelight_asset::{BakedScene, Cluster};
 
 /// The ways that light takes: numbers of a baked scene that doors change.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ pub(crate) struct OpenWays {
     relight_surfels: Vec<u32>,
     relight_gains: Vec<u8>,
     column_exponents: Vec<u8>,
-    /// Probes and clusters with numbers of their own, those of the last frame too, in their order.
+    /// Probes and clusters that have numbers of their own, or ever had, in their order.
     pub(crate) probes: Vec<u32>,
     pub(crate) clusters: Vec<u32>,
 }
@@ -60,12 +60,14 @@ impl OpenWays {
     /// Opens all ways; what was shut stays on the lists.
     pub(super) fn reset(&mut self, baked: &BakedScene) {
         for probe in &self.probes {
-            let rays = rays_of(baked, *probe);
+            let rays = baked.rays_of(*probe as usize);
             self.relight_surfels[rays.clone()].copy_from_slice(&baked.relight_surfels[rays.clone()]);
             self.relight_gains[rays.clone()].copy_from_slice(&baked.relight_gains[rays]);
         }
         for cluster in &self.clusters {
-            let columns = columns_of(baked, &baked.clusters[*cluster as usize]);
+            let cluster = &baked.clusters[*cluster as usize];
+            let first = cluster.column_exponent_offset as usize;
+            let columns = first..first + baked.column_count(cluster);
             self.column_exponents[columns.clone()].copy_from_slice(&baked.column_exponents[columns]);
         }
     }
@@ -73,40 +75,23 @@ impl OpenWays {
     /// Lets a probe's ray see another surfel, whose light counts less.
     pub(super) fn divert(&mut self, baked: &BakedScene, probe: u32, ray: usize, surfel: u32, share: f32) {
         insert(&mut self.probes, probe);
-        let at = rays_of(baked, probe).start + ray;
+        let at = baked.rays_of(probe as usize).start + ray;
         self.relight_surfels[at] = surfel;
         self.relight_gains[at] = (f32::from(self.relight_gains[at]) * share).round() as u8;
     }
 
     /// Leaves a share of what a cluster gathers by some of its columns.
-    pub(super) fn dim(
-        &mut self,
-        baked: &BakedScene,
-        cluster: u32,
-        columns: std::ops::Range<usize>,
-        left: f32,
-    ) {
+    pub(super) fn dim(&mut self, baked: &BakedScene, cluster: u32, columns: &[usize], left: f32) {
         insert(&mut self.clusters, cluster);
         let first = baked.clusters[cluster as usize].column_exponent_offset as usize;
         // The largest exponent takes all but 10⁻⁹.
         let steps =
             (-left.max(f32::MIN_POSITIVE).log2() * f32::from(EXPONENT_STEPS)).round().min(255.0) as u8;
-        for exponent in &mut self.column_exponents[first + columns.start..first + columns.end] {
+        for column in columns {
+            let exponent = &mut self.column_exponents[first + column];
             *exponent = exponent.saturating_add(steps);
         }
     }
-}
-
-/// Where a probe's rays lie among all.
-pub(crate) fn rays_of(baked: &BakedScene, probe: u32) -> std::ops::Range<usize> {
-    let rays = baked.relight_directions.len();
-    probe as usize * rays..(probe as usize + 1) * rays
-}
-
-/// Where a cluster's columns lie among all.
-fn columns_of(baked: &BakedScene, cluster: &Cluster) -> std::ops::Range<usize> {
-    let first = cluster.column_exponent_offset as usize;
-    first..first + baked.column_count(cluster)
 }
 
 /// Into a sorted list without doubles.

@@ -5,7 +5,7 @@ use probelight_math::glam::Vec3;
 use probelight_math::sampling::{hash_pair, unit_from_bits};
 
 use super::Shut;
-use super::open_ways::{OpenWays, rays_of};
+use super::open_ways::OpenWays;
 use super::region::Region;
 
 /// Rays that are asked, one after the other, to stand for what a door reflects.
@@ -37,7 +37,7 @@ impl ProbeSight {
     /// rays takes one sample of that, which is what the probe sees by another of its rays.
     pub(super) fn shut(&self, baked: &BakedScene, door: Shut, ways: &mut OpenWays) {
         let origin = baked.probes[self.probe as usize].position;
-        let seen = &baked.relight_surfels[rays_of(baked, self.probe)];
+        let seen = &baked.relight_surfels[baked.rays_of(self.probe as usize)];
         for (ray, distance) in &self.rays {
             let end = origin + *distance * baked.relight_directions[*ray as usize];
             let Some((_, face)) = door.shape.entry(origin, end) else { continue };

@@ -32,10 +32,11 @@ impl Region<'_> {
         self.is_entered(from, (to - from) / distance.max(f32::MIN_POSITIVE), distance)
     }
 
-    /// Cosine of half the angle that it fills as seen from a place; −1 from within.
-    pub(super) fn cosine_from(&self, origin: Vec3) -> f32 {
-        let squared = self.center.distance_squared(origin);
-        let sine_squared = self.radius * self.radius / squared.max(f32::MIN_POSITIVE);
-        if sine_squared >= 1.0 { -1.0 } else { (1.0 - sine_squared).sqrt() }
+    /// The cone that it fills as seen from a place: its axis (unit), and the cosine of half its angle; −1 from within.
+    pub(super) fn cone_from(&self, origin: Vec3) -> (Vec3, f32) {
+        let offset = self.center - origin;
+        let sine_squared = self.radius * self.radius / offset.length_squared().max(f32::MIN_POSITIVE);
+        let cosine = if sine_squared >= 1.0 { -1.0 } else { (1.0 - sine_squared).sqrt() };
+        (offset.normalize_or(Vec3::Y), cosine)
     }
 }

@@ -1,10 +1,9 @@
 //! Where light of a baked scene is evaluated, and where its clusters are, as rays find them.
 
-use probelight_asset::{BakedScene, NONE};
+use probelight_asset::{BakedScene, NONE, Surfel};
 use probelight_math::glam::Vec3;
-use probelight_trace::Hit;
+use probelight_trace::{Hit, Tracer};
 
-use super::open_ways::rays_of;
 use crate::surfels_of_texels::surfels_of_texels;
 
 /// Places of each cluster that rays start from.
@@ -27,34 +26,49 @@ pub(super) struct SignalTables {
 /// A place of a cluster's receivers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
-    pub(super) position: Vec3,
+    /// World position where rays start, off any surface, metres.
+    pub(super) origin: Vec3,
     /// Unit normal of the surface; zero in free space.
     pub(super) normal: Vec3,
 }
 
+impl Place {
+    pub(super) fn is_in_air(&self) -> bool {
+        self.normal == Vec3::ZERO
+    }
+
+    /// How much light counts that comes from a unit direction: by its cosine, in free space all the same.
+    pub(super) fn cosine(&self, direction: Vec3) -> f32 {
+        if self.is_in_air() { 1.0 } else { direction.dot(self.normal) }
+    }
+}
+
 impl SignalTables {
-    pub(super) fn new(baked: &BakedScene) -> Self {
+    pub(super) fn new(baked: &BakedScene, tracer: &Tracer) -> Self {
         let mut parents = vec![NONE; baked.first_emitter_signal()];
-        let mean = |points: &mut dyn ExactSizeIterator<Item = Vec3>| {
-            let count = points.len().max(1) as f32;
-            points.sum::<Vec3>() / count
+        let middle = |surfel: &Surfel| {
+            let positions = baked.samples_of(surfel).iter().map(|sample| baked.place_of(sample).0);
+            positions.sum::<Vec3>() / surfel.sample_count as f32
         };
-        let middle =
-            |surfel| mean(&mut baked.samples_of(surfel).iter().map(|sample| baked.place_of(sample).0));
         let mut middles: Vec<Vec3> = baked.surfels.iter().map(middle).collect();
         for (number, group) in (baked.surfels.len() as u32..).zip(&baked.surfel_groups) {
             let [first, second] = group.children.map(|child| child as usize);
             (parents[first], parents[second]) = (number, number);
             middles.push(middles[second].lerp(middles[first], group.first_weight));
         }
-        let seen = (0..baked.probes.len() as u32).map(|probe| {
-            let mut surfels = baked.relight_surfels[rays_of(baked, probe)].to_vec();
+        let seen = |probe| {
+            let mut surfels = baked.relight_surfels[baked.rays_of(probe)].to_vec();
             surfels.sort_unstable();
             surfels.dedup();
             surfels.into()
-        });
-        let seen = seen.collect();
-        Self { surfel_of_texel: surfels_of_texels(baked), parents, middles, seen, places: places(baked) }
+        };
+        Self {
+            surfel_of_texel: surfels_of_texels(baked),
+            parents,
+            middles,
+            seen: (0..baked.probes.len()).map(seen).collect(),
+            places: places(baked, tracer),
+        }
     }
 
     /// Middles of a surfel, or of up to four parts of a group.
@@ -78,14 +92,15 @@ impl SignalTables {
 }
 
 /// Some places of each cluster, spread over its receivers.
-fn places(baked: &BakedScene) -> Vec<Vec<Place>> {
+fn places(baked: &BakedScene, tracer: &Tracer) -> Vec<Vec<Place>> {
     let (receivers, clusters) = (baked.receivers_of_texels(), baked.clusters_of_receivers());
     let mut places = vec![Vec::new(); baked.clusters.len()];
     for sample in &baked.light_samples {
         let receiver = receivers.get(baked.texel_of(sample) as usize);
         if let Some(cluster) = receiver.and_then(|receiver| clusters.get(*receiver as usize)) {
             let (position, normal) = baked.place_of(sample);
-            places[*cluster as usize].push(Place { position, normal });
+            let origin = tracer.off_surface(position, normal);
+            places[*cluster as usize].push(Place { origin, normal });
         }
     }
     if baked.has_grid() {
@@ -94,7 +109,7 @@ fn places(baked: &BakedScene) -> Vec<Vec<Place>> {
             let mut of_rows: Vec<u32> = rows.iter().map(|row| clusters[*row as usize]).collect();
             of_rows.sort_unstable();
             of_rows.dedup();
-            let place = Place { position: vertex.position, normal: Vec3::ZERO };
+            let place = Place { origin: vertex.position, normal: Vec3::ZERO };
             of_rows.iter().for_each(|cluster| places[*cluster as usize].push(place));
         }
     }

@@ -17,8 +17,6 @@ use bytemuck::{Pod, Zeroable};
 use probelight_asset::packed::{GAIN_STEPS, column_factor};
 use probelight_asset::{BakedScene, Cluster, NONE};
 
-use super::plan::probes_of;
-
 /// Scalar signals of a source.
 pub(crate) const BLOCK: usize = 64;
 
@@ -164,14 +162,13 @@ fn products_of_u(baked: &BakedScene, cluster: &Cluster) -> Vec<f32> {
 
 /// The sources that a cluster reads: its scalar signals, block by block, then the bands of its probes.
 fn cluster_terms(baked: &BakedScene, cluster: &Cluster, strengths: &[f32], blocks: usize) -> Vec<ChangeTerm> {
-    let count = cluster.signal_count as usize;
-    let (of_signals, of_probes) = strengths.split_at(count);
-    let signals = &baked.cluster_signals[cluster.first_signal as usize..][..count];
+    let signals = baked.signals_of(cluster);
+    let (of_signals, of_probes) = strengths.split_at(signals.len());
     let mut terms =
         by_source(signals.iter().map(|signal| *signal as usize / BLOCK).zip(of_signals.iter().copied()));
     let mut rest = of_probes;
     for band in 0..=baked.settings.sh_degree as usize {
-        for probe in probes_of(baked, cluster) {
+        for probe in baked.probes_of(cluster) {
             let (coefficients, behind) = rest.split_at(2 * band + 1);
             let source = blocks + *probe as usize * (baked.settings.sh_degree as usize + 1) + band;
             terms.push(ChangeTerm { source: source as u32, weight: coefficients.iter().sum() });
@@ -183,9 +180,8 @@ fn cluster_terms(baked: &BakedScene, cluster: &Cluster, strengths: &[f32], block
 
 /// The blocks of surfels that a probe's rays meet.
 fn probe_terms(baked: &BakedScene, probe: usize) -> Vec<ChangeTerm> {
-    let rays = baked.relight_directions.len();
-    let its = probe * rays..(probe + 1) * rays;
-    let share = 1.0 / (f32::from(GAIN_STEPS) * rays.max(1) as f32);
+    let its = baked.rays_of(probe);
+    let share = 1.0 / (f32::from(GAIN_STEPS) * its.len().max(1) as f32);
     let rays = baked.relight_surfels[its.clone()].iter().zip(&baked.relight_gains[its]);
     let met = rays.filter(|(surfel, _)| **surfel != NONE);
     by_source(met.map(|(surfel, gain)| (*surfel as usize / BLOCK, f32::from(*gain) * share)))

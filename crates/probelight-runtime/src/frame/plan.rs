@@ -144,7 +144,7 @@ impl FramePlan {
         for (index, (extent, described)) in self.clusters.iter_mut().zip(&baked.clusters).enumerate() {
             *extent = cluster(index).within(baked, described);
             let Some(degree) = extent.degree(described) else { continue };
-            for probe in probes_of(baked, described) {
+            for probe in baked.probes_of(described) {
                 let probe = &mut self.probes[*probe as usize];
                 probe.rays = probe.rays.max(fewest_rays);
                 probe.degree = probe.degree.max(degree);
@@ -210,11 +210,6 @@ impl ReceiverPlace {
         let extent = clusters[self.cluster as usize];
         self.index < extent.receivers || extent.fill > 0
     }
-}
-
-/// The probes of a cluster.
-pub(super) fn probes_of<'a>(baked: &'a BakedScene, cluster: &Cluster) -> &'a [u32] {
-    &baked.cluster_probes[cluster.first_probe as usize..][..cluster.probe_count as usize]
 }
 
 /// Bytes of U and ΣVᵀ that a cluster's extent reads.
@@ -300,7 +295,7 @@ mod tests {
                 prop_assert!(extent.rank <= cluster.rank() && extent.receivers <= cluster.receiver_count);
                 prop_assert!(extent.columns as usize <= baked.column_count(cluster));
                 let of_probes = extent.columns.saturating_sub(cluster.signal_count) as usize;
-                for probe in probes_of(&baked, cluster) {
+                for probe in baked.probes_of(cluster) {
                     let computed = cluster.probe_count as usize * plan.probes[*probe as usize].coefficients();
                     prop_assert!(computed >= of_probes || extent.rank == 0);
                 }

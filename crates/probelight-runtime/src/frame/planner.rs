@@ -177,7 +177,6 @@ fn probe_extent(level: &LodLevel) -> ProbeExtent {
 
 #[cfg(test)]
 mod tests {
-    use super::super::plan::probes_of;
     use super::*;
     use crate::View;
     use crate::synthetic::{SyntheticSize, synthetic_room};
@@ -397,7 +396,7 @@ mod tests {
             let plan = plan(&baked, &settings, &looking(position.into(), direction));
             for (cluster, extent) in baked.clusters.iter().zip(plan.clusters()) {
                 let columns_of_probes = extent.columns.saturating_sub(cluster.signal_count);
-                for probe in probes_of(&baked, cluster) {
+                for probe in baked.probes_of(cluster) {
                     let computed = plan.probes()[*probe as usize].coefficients() as u32;
                     prop_assert!(
                         extent.rank == 0 || columns_of_probes <= cluster.probe_count * computed,

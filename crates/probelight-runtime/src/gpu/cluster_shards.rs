@@ -188,11 +188,9 @@ impl<'a> ShardArrays<'a> {
 
     /// The scalar signals, then the coefficients of the probes band by band, as in [`Cluster`].
     fn push_column_signals(&mut self, baked: &BakedScene, cluster: &Cluster) {
-        let signals = &baked.cluster_signals[cluster.first_signal as usize..];
-        self.column_signals.extend(&signals[..cluster.signal_count as usize]);
-        let probes = &baked.cluster_probes[cluster.first_probe as usize..][..cluster.probe_count as usize];
+        self.column_signals.extend(baked.signals_of(cluster));
         for band in 0..=baked.settings.sh_degree as usize {
-            for probe in probes {
+            for probe in baked.probes_of(cluster) {
                 let first = baked.scalar_signals() + *probe as usize * baked.coefficients() + band * band;
                 self.column_signals.extend(first as u32..(first + 2 * band + 1) as u32);
             }

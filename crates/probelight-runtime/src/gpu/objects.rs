@@ -46,8 +46,11 @@ impl GpuRuntime {
         if doors.is_none() && state.objects.doors().next().is_none() {
             return;
         }
-        let (tracer, doors) =
-            doors.get_or_insert_with(|| (Tracer::new(Arc::clone(&baked.scene)), Box::new(Doors::new(baked))));
+        let (tracer, doors) = doors.get_or_insert_with(|| {
+            let tracer = Tracer::new(Arc::clone(&baked.scene));
+            let doors = Box::new(Doors::new(baked, &tracer));
+            (tracer, doors)
+        });
         if !doors.follow(baked, tracer, &state.objects) {
             return;
         }

@@ -68,13 +68,12 @@ impl RelightProbes {
     /// Lets the rays of some probes see what doors leave them.
     #[cfg(feature = "cpu")]
     pub(super) fn set_rays(&self, queue: &wgpu::Queue, baked: &BakedScene, ways: Ways<'_>, probes: &[u32]) {
-        let rays = baked.relight_directions.len();
         for probe in probes {
-            let first = *probe as usize * rays;
-            let surfels = &ways.relight_surfels[first..first + rays];
-            write_words(queue, &self.surfels, 4 * first as u64, bytemuck::cast_slice(surfels));
+            let rays = baked.rays_of(*probe as usize);
+            let surfels = &ways.relight_surfels[rays.clone()];
+            write_words(queue, &self.surfels, 4 * rays.start as u64, bytemuck::cast_slice(surfels));
             // Four gains in a word, of which the first and the last may belong to neighbours.
-            let (start, end) = (first / 4 * 4, (first + rays).next_multiple_of(4));
+            let (start, end) = (rays.start / 4 * 4, rays.end.next_multiple_of(4));
             let gains = &ways.relight_gains[start..end.min(ways.relight_gains.len())];
             write_words(queue, &self.gains, start as u64, gains);
         }

@@ -1,9 +1,10 @@
 //! Objects of a setup and their ways.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::fields::{Field, Object};
-use crate::Placement;
+use crate::{Placement, Scene, Unusable};
 
 /// A glTF file that moves through the scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +29,15 @@ pub struct Keyframe {
 }
 
 impl ObjectPath {
+    /// The object itself, somewhere on its path, in one of its poses.
+    ///
+    /// # Errors
+    /// See [`Object::new`](crate::Object::new).
+    pub fn object(&self, model: Arc<Scene>, placement: Placement) -> Result<crate::Object, Unusable> {
+        let object = crate::Object::new(model, placement)?;
+        Ok(if self.is_door { object.as_door() } else { object })
+    }
+
     /// When its last keyframe is, seconds.
     pub fn end(&self) -> f32 {
         self.keyframes.last().map_or(0.0, |key| key.time)

@@ -124,8 +124,7 @@ impl LiveScene {
             match objects.get(&entry.item) {
                 None => {
                     let shape = shape(model, clip, time);
-                    let Ok(object) = Object::new(shape, placement) else { continue };
-                    let object = if entry.path.is_door { object.as_door() } else { object };
+                    let Ok(object) = entry.path.object(shape, placement) else { continue };
                     let id = runtime.objects_mut().insert(object);
                     let (file, is_door) = (entry.path.file.clone(), entry.path.is_door);
                     objects.insert(entry.item, Placed { id, file, is_door });

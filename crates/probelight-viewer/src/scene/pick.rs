@@ -151,7 +151,6 @@ fn receiver_of(baked: &BakedScene, receiver: u32) -> Option<PickedReceiver> {
     };
     let number = baked.clusters.iter().position(holds)?;
     let cluster = &baked.clusters[number];
-    let first = cluster.first_probe as usize;
     let error = baked.receiver_errors.get(receiver as usize).map_or(0.0, |e| f32::from(*e) / ERROR_STEPS);
     Some(PickedReceiver {
         receiver,
@@ -160,7 +159,7 @@ fn receiver_of(baked: &BakedScene, receiver: u32) -> Option<PickedReceiver> {
         rank: cluster.rank(),
         columns: baked.column_count(cluster),
         error,
-        probes: baked.cluster_probes[first..first + cluster.probe_count as usize].to_vec(),
+        probes: baked.probes_of(cluster).to_vec(),
     })
 }
 

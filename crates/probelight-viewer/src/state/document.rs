@@ -89,21 +89,13 @@ pub struct Document {
 impl Document {
     /// A setup of a scene. Files of objects are looked for in `folder`.
     pub fn new(setup: &Setup, folder: &Path, scene: &Scene) -> Self {
-        let mut colored = SurfaceColors::of(scene);
-        for change in &setup.materials {
-            for material in change.materials(scene) {
-                let colors = &mut colored[material];
-                colors.base_color = change.base_color.unwrap_or(colors.base_color);
-                colors.emission = change.emission.unwrap_or(colors.emission);
-            }
-        }
         let mut document = Self {
             name: setup.name.clone(),
             scene: setup.scene.clone(),
             lights: Vec::new(),
             sky: setup.lighting.sky,
             emissive_scale: setup.lighting.emissive_scale,
-            materials: colored,
+            materials: SurfaceColors::changed(scene, &setup.materials),
             objects: Vec::new(),
             cameras: setup.cameras.clone(),
             eval_bounds: setup.eval_bounds,
