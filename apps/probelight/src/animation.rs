@@ -1,4 +1,4 @@
-//! Pictures of objects on their paths, one for each frame.
+//! Pictures of objects and lights that move, one for each frame.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -6,7 +6,7 @@ use std::process::Command;
 use anyhow::Context;
 use probelight_render::Exposure;
 use probelight_runtime::ObjectId;
-use probelight_scene::Camera;
+use probelight_scene::{Camera, Lighting, Setup};
 
 use crate::console::Console;
 use crate::movers::Movers;
@@ -33,6 +33,7 @@ impl Frames<'_> {
     pub(crate) fn write(
         &self,
         studio: &mut Studio,
+        setup: &Setup,
         movers: &Movers,
         objects: &[ObjectId],
         camera: &Camera,
@@ -44,8 +45,10 @@ impl Frames<'_> {
         for frame in 0..frames {
             interrupt::check()?;
             // Objects are lit where they begin already.
-            if frame > 0 {
-                movers.place(objects, studio.objects_mut(), frame as f32 / self.fps as f32)?;
+            if frame > 0 || setup.has_moving_lights() {
+                let time = frame as f32 / self.fps as f32;
+                movers.place(objects, studio.objects_mut(), time)?;
+                studio.set_lighting(setup.lighting_at(time))?;
                 studio.settle(console)?;
             }
             let image = studio.picture(camera, options, console)?;
@@ -77,6 +80,14 @@ impl Frames<'_> {
 }
 
 impl Studio {
+    fn set_lighting(&mut self, lighting: Lighting) -> anyhow::Result<()> {
+        match self {
+            Self::Cpu(runtime) => runtime.set_lighting(lighting).context("the setup's lights")?,
+            Self::Gpu(studio) => studio.runtime.set_lighting(lighting).context("the setup's lights")?,
+        }
+        Ok(())
+    }
+
     /// Lets light bounce until nothing changes any more.
     fn settle(&mut self, console: &Console) -> anyhow::Result<usize> {
         match self {

@@ -13,6 +13,7 @@ mod flip;
 mod image_metrics;
 mod percentile;
 mod point_errors;
+#[cfg(feature = "files")]
 mod predictions;
 mod reference_points;
 
@@ -21,5 +22,6 @@ pub use error::EvalError;
 pub use flip::flip;
 pub use image_metrics::{ImageView, relative_mse, ssim};
 pub use point_errors::{COMPARED, PointErrors, PointSelection, SMALL_TRIANGLE, largest_irradiance};
+#[cfg(feature = "files")]
 pub use predictions::write_predictions;
 pub use reference_points::{PointKind, ReferencePoint, ReferencePoints, Sampling};

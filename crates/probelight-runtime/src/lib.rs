@@ -89,7 +89,8 @@ pub use doors::Ways;
 pub use error::RuntimeError;
 pub use frame::{
     Budget, ClusterExtent, FADE_STEPS, FrameInput, FramePlan, LodChanges, LodGovernor, LodLevel, LodPreset,
-    LodSettings, LodZones, PerStage, Planner, ProbeExtent, Stage, StageTimings, View, stage_bytes,
+    LodSettings, LodZones, PerStage, Planner, ProbeExtent, SimilaritySearch, Stage, StageTimings, View,
+    stage_bytes,
 };
 pub use grid_light::{GridLight, Lamp};
 pub use grid_places::GridPlaces;

@@ -114,6 +114,12 @@ impl Runtime {
         self.state.set_emission(material, radiance)
     }
 
+    /// Whether surfaces pass on what they receive, as they do unless it is switched off. Without, what is left is what sky
+    /// and emissive surfaces send straight to each place.
+    pub fn set_bounces(&mut self, bounces: bool) {
+        self.state.set_bounces(bounces);
+    }
+
     /// What moves through the scene.
     pub fn objects(&self) -> &Objects {
         &self.state.objects
@@ -215,7 +221,7 @@ impl Runtime {
         let (baked, signals) = (&*self.baked, &mut self.signals);
         let stale = self.state.take_stale();
         let moved = self.state.objects.take_stale();
-        let SceneState { lighting, colors, objects, .. } = &self.state;
+        let SceneState { lighting, objects, .. } = &self.state;
         if moved {
             trace_objects(&mut self.traced_objects, objects.as_slice());
             if self.doors.is_none() && objects.doors().next().is_some() {
@@ -235,7 +241,7 @@ impl Runtime {
             signals.light_directly(baked, world, &lighting.lights, work);
         }
         if stale.shading {
-            signals.color(baked, lighting, colors);
+            signals.color(baked, lighting, &self.state.bouncing_colors());
         }
         let shine_differently = work.lights || work.objects || stale.shading;
         if shine_differently {

@@ -1,5 +1,7 @@
 //! What users change between frames, and what that makes stale.
 
+use std::borrow::Cow;
+
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
 use probelight_scene::Lighting;
@@ -11,6 +13,8 @@ use crate::{Objects, RuntimeError, SurfaceColors};
 pub(crate) struct SceneState {
     pub(crate) lighting: Lighting,
     pub(crate) colors: Vec<SurfaceColors>,
+    /// Whether surfaces pass on what they receive.
+    pub(crate) bounces: bool,
     pub(crate) objects: Objects,
     pub(crate) stale: Stale,
 }
@@ -36,6 +40,7 @@ impl SceneState {
         Self {
             lighting: Lighting { lights: baked.scene.lights.clone(), ..Lighting::default() },
             colors: SurfaceColors::of(&baked.scene),
+            bounces: true,
             objects: Objects::default(),
             stale: Stale { direct: true, shading: true, sky: true },
         }
@@ -63,6 +68,19 @@ impl SceneState {
         self.stale.shading |= colors.emission != radiance;
         colors.emission = radiance;
         Ok(())
+    }
+
+    pub(crate) fn set_bounces(&mut self, bounces: bool) {
+        self.stale.shading |= bounces != self.bounces;
+        self.bounces = bounces;
+    }
+
+    /// The colours with which surfaces light each other.
+    pub(crate) fn bouncing_colors(&self) -> Cow<'_, [SurfaceColors]> {
+        if self.bounces {
+            return Cow::Borrowed(&self.colors);
+        }
+        self.colors.iter().map(|colors| SurfaceColors { base_color: Vec3::ZERO, ..*colors }).collect()
     }
 
     /// What the coming frame must renew; afterwards nothing is stale.

@@ -69,6 +69,27 @@ fn furnace_converges_to_the_geometric_series() {
 }
 
 #[test]
+fn without_bounces_surfaces_emit_and_reflect_nothing() {
+    let (albedo, emitted) = (Vec3::new(0.5, 0.8, 0.2), Vec3::new(1.0, 2.0, 3.0));
+    let mut scene = floor_and_shade();
+    scene.materials[0] = material(albedo, emitted);
+    let gain = f16::from_f32(PI).to_f32();
+    let mut runtime = runtime(single_probe(scene, Some(white_sample()), &[gain]));
+    let light = |runtime: &mut Runtime| {
+        runtime.converge(1e-7, 200);
+        runtime.irradiance().texels[0]
+    };
+    let all = light(&mut runtime);
+    runtime.set_bounces(false);
+    let alone = light(&mut runtime);
+    assert!((alone / (gain * emitted)).abs_diff_eq(Vec3::ONE, 1e-5), "{alone}");
+    assert_eq!(runtime.surface_colors(0).unwrap().base_color, albedo, "the material is what it was");
+    runtime.set_bounces(true);
+    assert!((light(&mut runtime) / all).abs_diff_eq(Vec3::ONE, 1e-5), "and all comes back");
+    assert!(all.cmpgt(1.1 * alone).all());
+}
+
+#[test]
 fn converge_stops_at_its_limit_and_in_darkness() {
     let mut runtime = runtime(random_room(SMALL));
     assert_eq!(runtime.converge(0.0, 3).steps, 3);

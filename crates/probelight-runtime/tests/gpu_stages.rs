@@ -351,4 +351,14 @@ fn convergence_is_that_of_the_cpu() {
     assert!(cpu.steps.abs_diff(on_gpu.steps) <= 1, "{cpu:?} {on_gpu:?}");
     let found = difference(&twins.on_gpu.read_irradiance().unwrap(), twins.on_cpu.receiver_irradiance());
     assert!(found < 1e-4, "{found}");
+    // The same without bounces.
+    let bounced = twins.on_cpu.receiver_irradiance().to_vec();
+    twins.on_cpu.set_bounces(false);
+    twins.on_gpu.set_bounces(false);
+    twins.on_cpu.converge(1e-4, 100);
+    twins.on_gpu.converge(1e-4, 100).unwrap();
+    let on_gpu = twins.on_gpu.read_irradiance().unwrap();
+    let [found, lost] =
+        [twins.on_cpu.receiver_irradiance(), &bounced].map(|expected| difference(&on_gpu, expected));
+    assert!(found < 1e-4 && lost > 1e-2, "{found}, {lost} with bounces");
 }

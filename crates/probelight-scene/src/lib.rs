@@ -38,6 +38,6 @@ pub use light::{Illumination, Light, Lighting, Sky, range_window};
 pub use material::{AlphaMode, Material, Texture, TextureSlot};
 pub use object::{Object, Placement};
 pub use scene::{Bounds, Scene};
-pub use setup::{Keyframe, MaterialColors, ObjectPath, Setup};
+pub use setup::{Keyframe, LightMotion, LightTrack, MaterialColors, ObjectPath, Setup, sun_at};
 pub use source::{SourceInstance, SourceTriangle, Sources};
 pub use unusable::Unusable;

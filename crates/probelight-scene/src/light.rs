@@ -98,6 +98,38 @@ impl Light {
         })
     }
 
+    /// Where it is, metres; `None` if it is infinitely far away.
+    pub fn position(&self) -> Option<Vec3> {
+        match self {
+            Self::Point { position, .. } | Self::Spot { position, .. } => Some(*position),
+            Self::Directional { .. } => None,
+        }
+    }
+
+    /// Where it shines: a unit vector; `None` if that is all around.
+    pub fn direction(&self) -> Option<Vec3> {
+        match self {
+            Self::Directional { direction, .. } | Self::Spot { direction, .. } => Some(*direction),
+            Self::Point { .. } => None,
+        }
+    }
+
+    /// Intensity, W/sr, or irradiance, W/m².
+    pub fn strength(&self) -> Vec3 {
+        match self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => *intensity,
+            Self::Directional { irradiance, .. } => *irradiance,
+        }
+    }
+
+    /// The same, to change it.
+    pub fn strength_mut(&mut self) -> &mut Vec3 {
+        match self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
+            Self::Directional { irradiance, .. } => irradiance,
+        }
+    }
+
     /// Angular falloff of a spot towards `direction` (unit, away from the light); 1 for other lights.
     #[inline]
     fn cone_attenuation(&self, direction: Vec3) -> f32 {

@@ -102,6 +102,52 @@ fn what_is_written_is_read_again() {
 }
 
 #[test]
+fn names_and_motions_of_lights_are_read_and_written() {
+    let with = |motions: [Value; 5]| {
+        let mut value = evening();
+        let lamp = json!({"type": "point", "position": [0, 2, 0], "intensity": [9, 8, 7]});
+        let sun = json!({"type": "directional", "direction": [0, -1, 0], "irradiance": [4, 4, 4]});
+        value["lights"] = [&lamp, &sun, &lamp, &lamp, &lamp].map(Clone::clone).into();
+        for (light, motion) in value["lights"].as_array_mut().unwrap().iter_mut().zip(motions) {
+            light["motion"] = motion;
+        }
+        value["lights"][3]["name"] = json!("ceiling");
+        value["lights"][4].as_object_mut().unwrap().remove("motion");
+        load_text(&value.to_string())
+    };
+    let motions = [
+        json!({"type": "circle", "radius": 2, "period": 12}),
+        json!({"type": "day", "period": 40}),
+        json!({"type": "flicker", "strength": 0.4}),
+        json!({"type": "keyframes", "keyframes": [{"time": 0}, {"time": 2, "position": [4, 2, 0]}]}),
+        json!(null),
+    ];
+    let setup = with(motions.clone()).unwrap();
+    assert!(setup.has_moving_lights());
+    assert_eq!(setup.light_tracks.len(), 4, "the last one has neither");
+    assert_eq!(setup.light_tracks[3].name, "ceiling");
+    let Light::Point { position, intensity, .. } = setup.lighting_at(1.0).lights[3] else { panic!() };
+    assert_eq!((position, intensity), (Vec3::new(2.0, 2.0, 0.0), Vec3::new(9.0, 8.0, 7.0)));
+    assert_eq!(setup.lighting_at(1.0).lights[4], setup.lighting.lights[4]);
+    let again = load_text(&setup.to_json()).unwrap();
+    assert_eq!((setup.light_tracks, setup.lighting), (again.light_tracks, again.lighting));
+
+    let refused = |light: usize, motion: Value, wanted: &str| {
+        let mut motions = motions.clone();
+        motions[light] = motion;
+        let error = with(motions).unwrap_err().to_string();
+        assert!(error.contains(&format!("lights[{light}]")) && error.contains(wanted), "{error}");
+    };
+    refused(0, json!({"type": "day", "period": 40}), "only directional lights");
+    refused(0, json!({"type": "spiral"}), "circle, day, flicker, keyframes");
+    refused(0, json!({"type": "circle", "period": 0}), "period");
+    refused(2, json!({"type": "flicker", "strength": 2}), "from 0 to 1");
+    refused(3, json!({"type": "keyframes", "keyframes": []}), "at least one");
+    refused(3, json!({"type": "keyframes", "keyframes": [{"time": 1}, {"time": 1}]}), "times must grow");
+    refused(3, json!({"type": "keyframes", "keyframes": [{"time": 1, "direction": [1, 0, 0]}]}), "direction");
+}
+
+#[test]
 fn emissive_switch_and_optional_fields() {
     let mut setup = evening();
     setup["use_emissive"] = json!(false);

@@ -5,7 +5,7 @@ use probelight_math::glam::{Quat, Vec2, Vec3};
 use probelight_scene::{Camera, Light, Placement};
 
 use crate::state::camera_rig::{axes, project};
-use crate::state::document::{Document, Item, Selection, direction_of, position_of};
+use crate::state::document::{Document, Item, Selection};
 use crate::state::view_state::ViewState;
 use crate::state::{Action, Edit};
 
@@ -101,7 +101,7 @@ pub fn paint(painter: &Painter, frame: &Frame, document: &Document, view: &ViewS
     for entry in &document.lights {
         let light = entry.motion.at(&entry.light, view.time);
         let is_selected = selection == Selection::Light(entry.item);
-        let Some((at, _)) = position_of(&light).and_then(|place| frame.project(place)) else { continue };
+        let Some((at, _)) = light.position().and_then(|place| frame.project(place)) else { continue };
         if !frame.rect.contains(at) {
             continue;
         }
@@ -185,7 +185,7 @@ pub fn take(
         .unwrap_or_default();
     nearest(own.into_iter().map(|handle| (selection, handle)).collect()).or_else(|| {
         let lights = document.lights.iter().filter_map(|entry| {
-            let place = position_of(&entry.motion.at(&entry.light, view.time))?;
+            let place = entry.motion.at(&entry.light, view.time).position()?;
             let handle = Handle { place, effect: Effect::Move(None), color: Color32::WHITE };
             Some((Selection::Light(entry.item), handle))
         });
@@ -274,7 +274,7 @@ fn anchor(document: &Document, view: &ViewState, selection: Selection) -> Option
             let entry = document.light(item)?;
             let light = entry.motion.at(&entry.light, view.time);
             // A sun has its handle where the camera looks.
-            Some(position_of(&light).unwrap_or(view.camera.target))
+            Some(light.position().unwrap_or(view.camera.target))
         }
         Selection::Object(item) => Some(document.object(item)?.placement(view.time).translation),
         Selection::Nothing | Selection::Material(_) => None,
@@ -299,8 +299,8 @@ fn handles(document: &Document, view: &ViewState, selection: Selection, anchor: 
         Selection::Light(item) => {
             let Some(entry) = document.light(item) else { return Vec::new() };
             let light = entry.motion.at(&entry.light, view.time);
-            let Some(direction) = direction_of(&light) else { return [&[middle][..], &arrows].concat() };
-            let is_source = position_of(&light).is_none();
+            let Some(direction) = light.direction() else { return [&[middle][..], &arrows].concat() };
+            let is_source = light.position().is_none();
             let reach = if is_source { -3.0 } else { 2.0 } * length;
             let aim = Handle {
                 place: anchor + direction * reach,
@@ -378,12 +378,12 @@ mod tests {
     #[test]
     fn lamps_stay_under_the_mouse() {
         let place = Vec3::new(1.0, 0.5, 2.0);
-        let moved = position_of(&dragged(lamp(place), place, Vector::new(40.0, 0.0)).unwrap()).unwrap();
+        let moved = dragged(lamp(place), place, Vector::new(40.0, 0.0)).unwrap().position().unwrap();
         let camera = camera();
         let pixel = |point| project(&camera, point).unwrap().0;
         assert!((pixel(moved) - pixel(place) - Vec2::new(80.0, 0.0)).length() < 0.1);
         assert!((moved.z - place.z).abs() < 1e-4, "in the plane of the view");
-        let clicked = position_of(&dragged(lamp(place), place, Vector::ZERO).unwrap()).unwrap();
+        let clicked = dragged(lamp(place), place, Vector::ZERO).unwrap().position().unwrap();
         assert!(clicked.abs_diff_eq(place, 1e-5), "a click moves nothing: {clicked}");
     }
 
@@ -391,9 +391,9 @@ mod tests {
     fn arrows_move_along_their_axis_only() {
         let place = Vec3::new(1.0, 0.5, 2.0);
         let arrow = place + Vec3::Y * arrow_length(&camera(), place);
-        let moved = position_of(&dragged(lamp(place), arrow, Vector::new(25.0, -30.0)).unwrap()).unwrap();
+        let moved = dragged(lamp(place), arrow, Vector::new(25.0, -30.0)).unwrap().position().unwrap();
         assert!(moved.y > place.y + 0.3 && (moved - place).with_y(0.0).length() < 1e-4, "{moved}");
-        let still = position_of(&dragged(lamp(place), arrow, Vector::ZERO).unwrap()).unwrap();
+        let still = dragged(lamp(place), arrow, Vector::ZERO).unwrap().position().unwrap();
         assert!(still.distance(place) < 1e-3, "{still}");
     }
 
@@ -402,7 +402,7 @@ mod tests {
         let direction = Vec3::new(0.6, -0.8, 0.0);
         let sun = Light::Directional { direction, irradiance: Vec3::ONE };
         let tail = -direction * 3.0 * arrow_length(&camera(), Vec3::ZERO);
-        let lower = direction_of(&dragged(sun.clone(), tail, Vector::new(0.0, 20.0)).unwrap()).unwrap();
+        let lower = dragged(sun.clone(), tail, Vector::new(0.0, 20.0)).unwrap().direction().unwrap();
         assert!(lower.y > direction.y && lower.x > 0.6 && lower.is_normalized(), "{lower}");
         assert!(dragged(sun, Vec3::splat(1.5), Vector::ZERO).is_none(), "there is nothing");
     }

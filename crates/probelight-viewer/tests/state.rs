@@ -3,10 +3,10 @@
 
 use probelight_math::glam::Vec3;
 use probelight_render::gpu::{GpuView, Shading};
-use probelight_scene::{Camera, Light, Material, Placement, Scene, Setup, Sky};
-use probelight_viewer::state::document::{position_of, standing, strength_of};
+use probelight_scene::{Camera, Light, LightMotion, Material, Placement, Scene, Setup, Sky};
+use probelight_viewer::state::document::standing;
 use probelight_viewer::state::view_state::{Compare, ExposureMode};
-use probelight_viewer::state::{Action, Document, Edit, LightMotion, Request, Selection, State};
+use probelight_viewer::state::{Action, Document, Edit, Request, Selection, State};
 
 fn camera(name: &str) -> Camera {
     Camera {
@@ -74,7 +74,7 @@ fn a_drag_is_one_step() {
     do_all(&mut state, [Action::EndStep, moved(100.0)]);
     assert_eq!(state.history.steps(), 2);
     do_all(&mut state, [Action::Undo]);
-    assert_eq!(position_of(&state.document.lights[0].light), Some(Vec3::X * 49.0));
+    assert_eq!(state.document.lights[0].light.position(), Some(Vec3::X * 49.0));
     do_all(&mut state, [Action::Undo]);
     assert_eq!(state.document.lights[0].light, lamp());
 }
@@ -172,10 +172,10 @@ fn what_is_selected_is_nudged_as_the_camera_sees_it() {
     do_all(&mut state, [Action::Nudge(Vec3::ONE)]);
     assert_eq!(state.document.lights[0].light, lamp(), "nothing is selected");
     do_all(&mut state, [Action::Select(Selection::Light(item)), Action::Nudge(Vec3::new(1.0, 2.0, 3.0))]);
-    let moved = position_of(&state.document.lights[0].light).unwrap();
+    let moved = state.document.lights[0].light.position().unwrap();
     assert!(moved.abs_diff_eq(Vec3::new(1.0, 3.0, -3.0), 1e-5), "{moved}");
     do_all(&mut state, [Action::AddLamp]);
-    assert_eq!(strength_of(&state.document.lights[1].light), Vec3::splat(2.0), "as bright as the others");
+    assert_eq!(state.document.lights[1].light.strength(), Vec3::splat(2.0), "as bright as the others");
 }
 
 #[test]
@@ -184,9 +184,12 @@ fn setups_hold_all_that_was_changed() {
     let mut colors = state.document.materials[1];
     colors.base_color = Vec3::new(0.5, 0.25, 0.0);
     let folder = std::path::Path::new("/somewhere");
+    let circle = LightMotion::Circle { radius: 2.0, period: 5.0 };
+    let lamp = state.document.lights[0].item;
     do_all(
         &mut state,
         [
+            Action::Edit(Edit::SetMotion(lamp, circle)),
             Action::Edit(Edit::SetMaterial(1, colors)),
             Action::Edit(Edit::AddObject(standing("/somewhere/ball.glb".into(), Placement::at(Vec3::X)))),
             Action::KeepCamera,
@@ -201,5 +204,7 @@ fn setups_hold_all_that_was_changed() {
     assert_eq!(again.materials, state.document.materials);
     assert_eq!(again.objects[0].path.file, state.document.objects[0].path.file);
     assert_eq!(again.lighting(0.0), state.document.lighting(0.0));
+    assert_eq!(again.lighting(1.3), state.document.lighting(1.3), "lights move on");
+    assert_eq!(again.lights[0].name, state.document.lights[0].name);
     assert_eq!(again.cameras.len(), 3);
 }

@@ -13,11 +13,11 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state};
 use probelight_math::glam::Vec3;
+use probelight_runtime::LodLevel;
 use probelight_runtime::gpu::GpuDevice;
-use probelight_scene::Sky;
-use probelight_viewer::state::document::position_of;
-use probelight_viewer::state::view_state::Compare;
-use probelight_viewer::state::{Action, Edit, LightMotion, Request, Selection};
+use probelight_scene::{LightMotion, Sky};
+use probelight_viewer::state::view_state::{Compare, PageColors, TexelColors};
+use probelight_viewer::state::{Action, Edit, Request, Selection};
 use probelight_viewer::{Viewer, ViewerOptions};
 
 fn asset(name: &str) -> PathBuf {
@@ -77,7 +77,7 @@ fn opened(gpu: &GpuDevice, file: PathBuf) -> Harness<'static, Viewer> {
 }
 
 fn lamp_place(harness: &Harness<'_, Viewer>) -> Vec3 {
-    position_of(&harness.state().state.document.lights[0].light).unwrap()
+    harness.state().state.document.lights[0].light.position().unwrap()
 }
 
 fn click(harness: &mut Harness<'_, Viewer>, pos: Pos2) {
@@ -223,6 +223,52 @@ fn the_picture_follows_the_light_and_rests_when_nothing_changes() {
     let first = picture(&harness);
     harness.run_steps(2);
     assert_ne!(picture(&harness), first, "what moves by itself goes on");
+}
+
+#[test]
+fn the_lightmap_is_shown_in_all_its_colors() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let mut harness = opened(gpu, baked());
+    harness.state_mut().state.view.panels.lightmap = true;
+    until(&mut harness, "reading the lightmap", |viewer| viewer.lightmap_colors().is_some());
+    let mut pages = Vec::new();
+    for colors in PageColors::all().filter(|colors| *colors != PageColors::Texels(TexelColors::Levels)) {
+        harness.state_mut().state.view.page_colors = colors;
+        harness.run_steps(2);
+        until(&mut harness, "the page", |viewer| !viewer.is_busy());
+        harness.run_steps(2);
+        let page = harness.state().lightmap_colors().unwrap().to_vec();
+        assert!(page.iter().any(|color| *color != page[0]), "{} is of one colour", colors.name());
+        assert!(!pages.contains(&page), "{} is another page", colors.name());
+        pages.push(page);
+    }
+    harness.state_mut().state.view.panels.lightmap = false;
+    harness.run_steps(2);
+    assert!(harness.state().lightmap_colors().is_none(), "what is shut costs nothing");
+}
+
+#[test]
+fn a_similarity_is_held_whenever_nothing_moves() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let mut harness = opened(gpu, baked());
+    let scale = |harness: &mut Harness<'_, Viewer>, similarity: f32| {
+        let view = &mut harness.state_mut().state.view;
+        view.lod.levels =
+            vec![LodLevel::default(), LodLevel { distance: 4.0, rank: Some(1), ..LodLevel::default() }];
+        view.lod.fade = 0.0;
+        view.hold_similarity = Some(similarity);
+        harness.run_steps(2);
+        until(harness, "the search", |viewer| viewer.held_scale().is_some() && !viewer.is_busy());
+        harness.state().held_scale().unwrap()
+    };
+    let loose = scale(&mut harness, 0.5);
+    harness.state_mut().state.view.hold_similarity = None;
+    harness.run_steps(2);
+    assert!(harness.state().held_scale().is_none());
+    let strict = scale(&mut harness, 0.999);
+    assert!(loose < strict, "levels begin at {loose} of their distances, or {strict}");
+    let held = harness.state().live.as_ref().unwrap().runtime.lod().levels[1].distance;
+    assert!((held / (4.0 * strict) - 1.0).abs() < 1e-3, "{held} m at {strict}");
 }
 
 #[test]

@@ -15,7 +15,7 @@ use probelight_render::comparison::difference;
 use probelight_render::contact_sheet::ContactSheetRow;
 use probelight_render::gpu::GpuView;
 use probelight_render::{ContactSheet, Exposure, Image, PixelFilter, ToneMap};
-use probelight_scene::{Camera, Keyframe, Object, ObjectPath, Scene, Setup};
+use probelight_scene::{Camera, Keyframe, LightMotion, LightTrack, Object, ObjectPath, Scene, Setup};
 use probelight_trace::{PathTracer, Tracer};
 use serde::Serialize;
 
@@ -184,15 +184,23 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes the first light position as a setup, and the ball beside it.
+/// Seconds from one of the light's positions to the next in the setup.
+const SECONDS_PER_POSITION: f32 = 4.0;
+
+/// Writes the light as a setup, in its first position and on its way through all of them and back, and the ball beside it.
 fn write_setup(scene: BundledScene, folder: &Path, file: &Path) -> anyhow::Result<()> {
-    let first = scene.light_path().into_iter().next();
+    let path = scene.light_path();
+    let lights = path.iter().chain(path.iter().rev().skip(1)).flat_map(|position| &position.lighting.lights);
+    let times = (0..).map(|position| SECONDS_PER_POSITION * position as f32);
+    let motion = LightMotion::Keyframes(times.zip(lights.cloned()).collect());
+    let first = path.into_iter().next();
     let keyframes = scene.ball_path().into_iter().take(1).map(|placement| Keyframe { time: 0.0, placement });
     let ball = ObjectPath { file: BALL.into(), keyframes: keyframes.collect(), clip: None, is_door: false };
     let setup = Setup {
         name: scene.name().into(),
         scene: format!("{}.glb", scene.name()),
         lighting: first.map(|position| position.lighting).unwrap_or_default(),
+        light_tracks: vec![LightTrack { name: String::new(), motion }],
         cameras: vec![scene.camera()],
         objects: vec![ball],
         ..Setup::default()

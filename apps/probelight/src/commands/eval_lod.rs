@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::ensure;
+use anyhow::{Context, ensure};
 use clap::Args;
 use probelight_asset::BakedScene;
 use probelight_eval::{flip, ssim};
 use probelight_math::glam::Quat;
 use probelight_render::comparison::difference;
 use probelight_render::{Exposure, PixelFilter, RenderOptions, RenderOutput, ToneMap, View, render};
-use probelight_runtime::{FrameInput, Runtime, Stage, StageTimings};
+use probelight_runtime::{FrameInput, Runtime, SimilaritySearch, Stage, StageTimings};
 use probelight_scene::{Camera, Light, Lighting};
 use serde::Serialize;
 
@@ -48,12 +48,6 @@ const SETTLED: (f64, usize) = (1e-3, 100);
 
 /// How much differences are amplified in pictures.
 const GAIN: f32 = 8.0;
-
-/// Where levels are looked for that hold a similarity: powers of two on their distances.
-const HELD_OCTAVES: [f32; 2] = [-6.0, 3.0];
-
-/// Times that the middle is tried.
-const BISECTIONS: usize = 6;
 
 /// Parses a similarity.
 fn similarity(text: &str) -> Result<f64, String> {
@@ -198,22 +192,20 @@ impl LodBench<'_> {
         camera: &Camera,
         console: &Console,
     ) -> anyhow::Result<Row> {
-        let [mut too_near, mut far_enough] = HELD_OCTAVES;
-        let scaled = |octave: f32| LodChoice {
-            name: format!("{}@{:.2}", lod.name, octave.exp2()),
-            settings: lod.settings.clone().with_distances_scaled(octave.exp2()),
+        let scaled = |scale: f32| LodChoice {
+            name: format!("{}@{scale:.2}", lod.name),
+            settings: lod.settings.clone().with_distances_scaled(scale),
         };
-        let mut held = self.row(&scaled(far_enough), camera, console)?;
-        for _ in 0..BISECTIONS {
-            let octave = too_near.midpoint(far_enough);
-            let row = self.row(&scaled(octave), camera, console)?;
-            if row.ssim >= least {
-                (held, far_enough) = (row, octave);
-            } else {
-                too_near = octave;
+        let mut search = SimilaritySearch::new(least);
+        let mut held = None;
+        while let Some(scale) = search.scale() {
+            let row = self.row(&scaled(scale), camera, console)?;
+            // The first is the best there is, if none is good enough.
+            if search.note(row.ssim) || held.is_none() {
+                held = Some(row);
             }
         }
-        Ok(held)
+        held.context("no levels were tried")
     }
 
     fn row(&mut self, lod: &LodChoice, camera: &Camera, console: &Console) -> anyhow::Result<Row> {

@@ -48,8 +48,8 @@ pub(crate) struct Flags {
     objects: ObjectFlags,
     #[command(flatten)]
     influence: InfluenceFlags,
-    /// Write a picture for each frame of so many seconds into the folder OUT, with the setup's objects on
-    /// their paths, and a video if ffmpeg is there
+    /// Write a picture for each frame of so many seconds into the folder OUT, with the setup's objects and
+    /// lights in motion, and a video if ffmpeg is there
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     animate: Option<f32>,
     /// Frames per second of --animate
@@ -174,7 +174,7 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     interrupt::check()?;
     if let Some(seconds) = flags.animate {
         let frames = Frames { seconds, fps: flags.fps, folder: &flags.out, exposure };
-        return frames.write(&mut studio, &movers, &objects, &camera, &options, console);
+        return frames.write(&mut studio, &setup, &movers, &objects, &camera, &options, console);
     }
     let start = Instant::now();
     let image = studio.picture(&camera, &options, console)?;

@@ -25,6 +25,7 @@ mod plans;
 mod presets;
 mod relight_table;
 mod sight;
+mod similarity_search;
 mod stage;
 mod waiting;
 mod zones;
@@ -56,6 +57,7 @@ pub use presets::LodPreset;
 pub(crate) use relight_table::RelightTable;
 #[cfg(feature = "gpu")]
 pub(crate) use relight_table::first_weight;
+pub use similarity_search::SimilaritySearch;
 pub use stage::{PerStage, Stage, StageTimings};
 #[cfg(any(feature = "cpu", test))]
 pub(crate) use waiting::PROBES_SHARE;

@@ -240,6 +240,11 @@ impl GpuRuntime {
         Ok(self.state.set_emission(material, radiance)?)
     }
 
+    /// As [`Runtime::set_bounces`](crate::Runtime::set_bounces).
+    pub fn set_bounces(&mut self, bounces: bool) {
+        self.state.set_bounces(bounces);
+    }
+
     /// Encodes one frame, which adds one bounce to the lightmap. Changes and plans reach the GPU with the next
     /// submission to the queue, so submit before the next change.
     pub fn encode(&mut self, input: &FrameInput, encoder: &mut wgpu::CommandEncoder) {
@@ -358,7 +363,13 @@ impl GpuRuntime {
         let stale = self.state.take_stale();
         let (queue, baked, buffers, state) = (&self.queue, &*self.baked, &self.buffers, &self.state);
         if stale.shading {
-            self.stages.light_surfels.set_colors(queue, baked, buffers, &state.lighting, &state.colors);
+            self.stages.light_surfels.set_colors(
+                queue,
+                baked,
+                buffers,
+                &state.lighting,
+                &state.bouncing_colors(),
+            );
         }
         if stale.sky {
             self.stages.light_surfels.set_sky(queue, baked, buffers, &state.lighting.sky);

@@ -22,6 +22,11 @@ impl<'a> Field<'a> {
         Self { value, path: String::new() }
     }
 
+    /// Another value in the place of this one, for errors.
+    pub(super) fn of_same_path<'b>(&self, value: &'b Value) -> Field<'b> {
+        Field { value, path: self.path.clone() }
+    }
+
     /// An error at this field.
     pub(super) fn error(&self, reason: impl std::fmt::Display) -> String {
         if self.path.is_empty() { reason.to_string() } else { format!("{}: {reason}", self.path) }
@@ -131,6 +136,14 @@ impl<'a> Object<'a> {
     /// Whether there is a member of this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.members.contains_key(name)
+    }
+
+    /// These members with those of another object in their place, but for some.
+    pub(super) fn with_members_of(&self, other: &Object<'_>, without: &[&str]) -> Value {
+        let mut members = self.members.clone();
+        members.extend(other.members.clone());
+        members.retain(|name, _| !without.contains(&name.as_str()));
+        Value::Object(members)
     }
 
     fn member_path(&self, name: &str) -> String {

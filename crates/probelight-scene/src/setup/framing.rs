@@ -43,6 +43,7 @@ impl Setup {
             scene: String::new(),
             lighting: Lighting { lights: scene.lights.clone(), sky, ..Lighting::default() },
             cameras,
+            light_tracks: Vec::new(),
             eval_bounds: None,
             objects: Vec::new(),
             materials: Vec::new(),

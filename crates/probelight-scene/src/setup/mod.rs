@@ -2,6 +2,7 @@
 
 mod fields;
 mod framing;
+mod light_motion;
 mod materials;
 mod objects;
 mod parse;
@@ -9,6 +10,7 @@ mod write;
 
 use std::path::Path;
 
+pub use light_motion::{LightMotion, LightTrack, sun_at};
 pub use materials::MaterialColors;
 pub use objects::{Keyframe, ObjectPath};
 
@@ -23,6 +25,8 @@ pub struct Setup {
     pub scene: String,
     /// Lights, sky and emissive switch.
     pub lighting: Lighting,
+    /// Names and motions of the lights, in their order; lights beyond the last have none.
+    pub light_tracks: Vec<LightTrack>,
     /// Cameras, in file order.
     pub cameras: Vec<Camera>,
     /// The region in which reference points were sampled, if not the whole scene.
@@ -50,7 +54,8 @@ impl Setup {
     /// ```json
     /// { "version": 1, "name": "evening", "scene": "room.glb", "use_emissive": true, "emissive_scale": 1.0,
     ///   "lights": [
-    ///     {"type": "point", "position": [0, 2, 0], "intensity": [9, 8, 7], "range": 6},
+    ///     {"type": "point", "position": [0, 2, 0], "intensity": [9, 8, 7], "range": 6, "name": "torch",
+    ///      "motion": {"type": "flicker", "strength": 0.4}},
     ///     {"type": "spot", "position": [0, 2, 0], "direction": [0, -1, 0], "intensity": [9, 8, 7],
     ///      "inner_deg": 15, "outer_deg": 25},
     ///     {"type": "directional", "direction": [1, -2, 0], "irradiance": [9, 8, 7]},
@@ -69,7 +74,15 @@ impl Setup {
     /// Intensities are in W/sr, irradiance in W/m², radiance in W·m⁻²·sr⁻¹; spot angles are half angles.
     /// A directional light's `direction` is the way its light travels. Instead of `radiance` a sky may have
     /// `zenith`, `horizon` and `ground`. Point and spot lights may have a `range` in metres, where their light ends as
-    /// `KHR_lights_punctual` defines it. `range`, `emissive_scale`, `eval_bounds`,
+    /// `KHR_lights_punctual` defines it. A light's `motion` is one of
+    ///
+    /// ```json
+    /// {"type": "circle", "radius": 2, "period": 12}      {"type": "day", "period": 40}      {"type": "flicker", "strength": 0.4}
+    /// {"type": "keyframes", "keyframes": [{"time": 0}, {"time": 2, "position": [1, 2, 0], "intensity": [1, 1, 1]}]}
+    /// ```
+    ///
+    /// of which [`lighting_at`](Self::lighting_at) makes the light of a time; a keyframe has the light's own fields where
+    /// they differ. `range`, `name`, `motion`, `emissive_scale`, `eval_bounds`,
     /// `objects`, `materials` and the colours in these may be left out. Files of objects are looked for beside the setup; a clip
     /// is an animation of the file; a door opens and shuts ways for light; times are seconds, a yaw turns about +Y.
     ///

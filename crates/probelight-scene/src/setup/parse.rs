@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use super::Setup;
 use super::fields::{Field, Object};
+use super::light_motion::{LightTrack, light_track};
 use super::materials::materials;
 use super::objects::objects;
 use crate::{Bounds, Camera, Light, Lighting, Sky};
@@ -29,10 +30,12 @@ pub(super) fn parse(text: &str) -> Result<Setup, String> {
     if version.number()? != 1.0 {
         return Err(version.error("only version 1 can be read"));
     }
+    let (lighting, light_tracks) = lighting(&root)?;
     Ok(Setup {
         name: root.required("name")?.text()?.into(),
         scene: root.required("scene")?.text()?.into(),
-        lighting: lighting(&root)?,
+        lighting,
+        light_tracks,
         cameras: cameras(&root.required("cameras")?)?,
         eval_bounds: root.optional("eval_bounds").map(|field| bounds(&field)).transpose()?,
         objects: root.optional("objects").map(|field| objects(&field)).transpose()?.unwrap_or_default(),
@@ -40,7 +43,7 @@ pub(super) fn parse(text: &str) -> Result<Setup, String> {
     })
 }
 
-fn lighting(root: &Object<'_>) -> Result<Lighting, String> {
+fn lighting(root: &Object<'_>) -> Result<(Lighting, Vec<LightTrack>), String> {
     let scale = match root.optional("emissive_scale") {
         Some(field) => field.number_within(0.0, f32::MAX)?,
         None => 1.0,
@@ -48,44 +51,45 @@ fn lighting(root: &Object<'_>) -> Result<Lighting, String> {
     let use_emissive = root.required("use_emissive")?.boolean()?;
     let mut lighting =
         Lighting { emissive_scale: if use_emissive { scale } else { 0.0 }, ..Lighting::default() };
+    let mut tracks = Vec::new();
     let mut has_sky = false;
     for field in root.required("lights")?.array()? {
-        match light_or_sky(&field)? {
-            LightOrSky::Light(light) => lighting.lights.push(light),
-            LightOrSky::Sky(_) if has_sky => return Err(field.error("there can be only one sky")),
-            LightOrSky::Sky(sky) => {
-                lighting.sky = sky;
-                has_sky = true;
-            }
+        let members = field.object()?;
+        if members.required("type")?.text()? != "sky" {
+            lighting.lights.push(light(&field)?);
+            tracks.push(light_track(&members)?);
+        } else if has_sky {
+            return Err(field.error("there can be only one sky"));
+        } else {
+            lighting.sky = sky(&members)?;
+            has_sky = true;
         }
     }
-    Ok(lighting)
+    // A setup whose lights stand still, without names, is the same as one that never heard of them.
+    let says_nothing = |track: &LightTrack| *track == LightTrack::default();
+    tracks.truncate(tracks.iter().rposition(|track| !says_nothing(track)).map_or(0, |last| last + 1));
+    Ok((lighting, tracks))
 }
 
-enum LightOrSky {
-    Light(Light),
-    Sky(Sky),
-}
-
-fn light_or_sky(field: &Field<'_>) -> Result<LightOrSky, String> {
+/// Reads a light that is no sky.
+pub(super) fn light(field: &Field<'_>) -> Result<Light, String> {
     let light = field.object()?;
     let kind = light.required("type")?;
     let parsed = match kind.text()? {
         "point" => point_light(&light)?,
         "spot" => spot_light(&light)?,
         "directional" => directional_light(&light)?,
-        "sky" => return Ok(LightOrSky::Sky(sky(&light)?)),
         other => {
             let reason = format!("\"{other}\" is no type of light; allowed: point, spot, directional, sky");
             return Err(kind.error(reason));
         }
     };
     parsed.validate().map_err(|unusable| field.error(unusable))?;
-    Ok(LightOrSky::Light(parsed))
+    Ok(parsed)
 }
 
 fn point_light(light: &Object<'_>) -> Result<Light, String> {
-    light.allow_only(&["type", "position", "intensity", "range"])?;
+    light.allow_only(&["type", "position", "intensity", "range", "name", "motion"])?;
     Ok(Light::Point {
         position: light.required("position")?.vector()?,
         intensity: light.required("intensity")?.color()?,
@@ -94,7 +98,8 @@ fn point_light(light: &Object<'_>) -> Result<Light, String> {
 }
 
 fn spot_light(light: &Object<'_>) -> Result<Light, String> {
-    light.allow_only(&["type", "position", "direction", "intensity", "inner_deg", "outer_deg", "range"])?;
+    let of_lamps = ["type", "position", "direction", "intensity", "range", "name", "motion"];
+    light.allow_only(&[&of_lamps[..], &["inner_deg", "outer_deg"]].concat())?;
     let outer_degrees = light.required("outer_deg")?.number_within(0.0, 180.0)?;
     let inner_degrees = light.required("inner_deg")?.number_within(0.0, outer_degrees)?;
     Ok(Light::Spot {
@@ -113,7 +118,7 @@ fn range(light: &Object<'_>) -> Result<Option<f32>, String> {
 }
 
 fn directional_light(light: &Object<'_>) -> Result<Light, String> {
-    light.allow_only(&["type", "direction", "irradiance"])?;
+    light.allow_only(&["type", "direction", "irradiance", "name", "motion"])?;
     let direction = light.required("direction")?.direction()?;
     Ok(Light::Directional { direction, irradiance: light.required("irradiance")?.color()? })
 }

@@ -3,6 +3,7 @@
 use probelight_math::glam::Vec3;
 use serde_json::{Map, Value, json};
 
+use super::light_motion::write_track;
 use super::{Keyframe, MaterialColors, ObjectPath, Setup};
 use crate::{Camera, Light, Sky};
 
@@ -17,7 +18,7 @@ impl Setup {
             "name": self.name,
             "scene": self.scene,
             "use_emissive": lighting.emissive_scale > 0.0,
-            "lights": lighting.lights.iter().map(light).chain(sky).collect::<Vec<_>>(),
+            "lights": self.lights().chain(sky).collect::<Vec<_>>(),
             "cameras": self.cameras.iter().map(camera).collect::<Vec<_>>(),
         });
         let optional = [
@@ -35,6 +36,16 @@ impl Setup {
         text.push('\n');
         text
     }
+
+    fn lights(&self) -> impl Iterator<Item = Value> {
+        self.lighting.lights.iter().enumerate().map(|(i, light)| {
+            let mut members = light_members(light);
+            if let Some(track) = self.light_tracks.get(i) {
+                write_track(track, &mut members);
+            }
+            Value::Object(members)
+        })
+    }
 }
 
 /// A list, if there is anything in it.
@@ -46,8 +57,9 @@ fn vector(vector: Vec3) -> Value {
     json!(vector.to_array())
 }
 
-fn light(light: &Light) -> Value {
-    let mut written = match light {
+/// The members of a light.
+pub(super) fn light_members(light: &Light) -> Map<String, Value> {
+    let members = match light {
         Light::Point { position, intensity, .. } => {
             json!({ "type": "point", "position": vector(*position), "intensity": vector(*intensity) })
         }
@@ -63,10 +75,11 @@ fn light(light: &Light) -> Value {
             json!({ "type": "directional", "direction": vector(*direction), "irradiance": vector(*irradiance) })
         }
     };
+    let mut members = members.as_object().cloned().unwrap_or_default();
     if let Light::Point { range: Some(range), .. } | Light::Spot { range: Some(range), .. } = light {
-        written["range"] = json!(range);
+        members.insert("range".into(), json!(range));
     }
-    written
+    members
 }
 
 fn sky(sky: &Sky) -> Value {

@@ -15,12 +15,38 @@ pub struct Work {
     pub matrix_bytes: [u64; 2],
 }
 
+/// How near levels begin, as factors on their distances, as they are held.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Held {
+    /// By the time of frames.
+    pub by_time: Option<f32>,
+    /// By the similarity of pictures, once it is found.
+    pub by_similarity: Option<f32>,
+}
+
 /// Shows the levels of detail.
-pub fn show(ui: &mut Ui, state: &State, work: Work, scale: Option<f32>, actions: &mut Actions) {
+pub fn show(ui: &mut Ui, state: &State, work: Work, held: Held, actions: &mut Actions) {
     let mut view = state.view.clone();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         presets(ui, &mut view.lod);
-        hold(ui, &mut view.hold_milliseconds, scale);
+        let time = Hold {
+            name: "hold time",
+            hint: "of the light's stages: levels come nearer",
+            first: 4.0,
+            scale: held.by_time,
+        };
+        time.show(ui, &mut view.hold_milliseconds, |value| {
+            DragValue::new(value).speed(0.05).range(0.1..=200.0).suffix(" ms")
+        });
+        let similarity = Hold {
+            name: "hold SSIM",
+            hint: "to the picture without levels; looked for whenever nothing moves",
+            first: 0.98,
+            scale: held.by_similarity,
+        };
+        similarity.show(ui, &mut view.hold_similarity, |value| {
+            DragValue::new(value).speed(1e-3).range(0.5..=0.999).fixed_decimals(3)
+        });
         Grid::new("saved").num_columns(2).show(ui, |ui| {
             let share = |[part, all]: [u64; 2]| 100.0 * part as f64 / all.max(1) as f64;
             let megabytes = |bytes: u64| bytes as f64 / 1e6;
@@ -61,23 +87,29 @@ fn presets(ui: &mut Ui, lod: &mut LodSettings) {
     });
 }
 
-fn hold(ui: &mut Ui, hold: &mut Option<f32>, scale: Option<f32>) {
-    ui.horizontal(|ui| {
-        let mut holds = hold.is_some();
-        if ui
-            .checkbox(&mut holds, "hold")
-            .on_hover_text("the time of the light's stages: levels come nearer")
-            .changed()
-        {
-            *hold = holds.then_some(4.0);
-        }
-        if let Some(milliseconds) = hold {
-            ui.add(DragValue::new(milliseconds).speed(0.05).range(0.1..=200.0).suffix(" ms"));
-            if let Some(scale) = scale {
-                ui.label(format!("distances × {scale:.2}"));
+/// Something that levels of detail hold by how near they begin.
+struct Hold {
+    name: &'static str,
+    hint: &'static str,
+    /// What is held at first.
+    first: f32,
+    /// Present factor on distances.
+    scale: Option<f32>,
+}
+
+impl Hold {
+    fn show(self, ui: &mut Ui, held: &mut Option<f32>, drag: impl Fn(&mut f32) -> DragValue<'_>) {
+        ui.horizontal(|ui| {
+            let mut holds = held.is_some();
+            if ui.checkbox(&mut holds, self.name).on_hover_text(self.hint).changed() {
+                *held = holds.then_some(self.first);
             }
-        }
-    });
+            if let Some(value) = held {
+                ui.add(drag(value));
+                ui.label(self.scale.map_or("…".into(), |scale| format!("distances × {scale:.2}")));
+            }
+        });
+    }
 }
 
 fn levels(ui: &mut Ui, lod: &mut LodSettings) {

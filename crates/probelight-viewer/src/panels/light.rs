@@ -5,12 +5,11 @@ use std::f32::consts::PI;
 use eframe::egui::{ComboBox, DragValue, Grid, Slider, Ui};
 use probelight_math::color::blackbody;
 use probelight_math::glam::Vec3;
-use probelight_scene::Light;
+use probelight_scene::{Light, LightMotion, sun_at};
 
 use super::{Actions, color_and_strength, vector};
-use crate::state::document::{LightEntry, strength_of_mut};
-use crate::state::light_motion::sun_at;
-use crate::state::{Action, Edit, LightMotion};
+use crate::state::document::LightEntry;
+use crate::state::{Action, Edit};
 
 /// A temperature that is chosen is remembered while the panel is open; colours do not tell theirs.
 const FIRST_TEMPERATURE: f32 = 4000.0;
@@ -74,7 +73,7 @@ fn converted(light: &Light, kind: usize, diagonal: f32) -> Light {
 fn brightness(ui: &mut Ui, light: &mut Light) -> bool {
     let unit = if matches!(light, Light::Directional { .. }) { "W/m²" } else { "W/sr" };
     ui.label("brightness");
-    let mut changed = color_and_strength(ui, strength_of_mut(light), unit);
+    let mut changed = color_and_strength(ui, light.strength_mut(), unit);
     ui.end_row();
 
     ui.label("temperature");
@@ -82,7 +81,7 @@ fn brightness(ui: &mut Ui, light: &mut Light) -> bool {
     let mut kelvins = ui.data(|data| data.get_temp(id)).unwrap_or(FIRST_TEMPERATURE);
     if ui.add(Slider::new(&mut kelvins, 1700.0..=12_000.0).logarithmic(true).suffix(" K")).changed() {
         ui.data_mut(|data| data.insert_temp(id, kelvins));
-        let strength = strength_of_mut(light);
+        let strength = light.strength_mut();
         *strength = blackbody(kelvins) * strength.max_element();
         changed = true;
     }

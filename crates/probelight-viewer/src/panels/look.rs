@@ -75,9 +75,11 @@ fn sources(ui: &mut Ui, view: &mut ViewState) {
     ui.horizontal(|ui| {
         let mut sky = !view.muted.sky;
         let mut emission = !view.muted.emission;
+        let mut bounces = !view.muted.bounces;
         ui.checkbox(&mut sky, "sky");
         ui.checkbox(&mut emission, "emission");
-        (view.muted.sky, view.muted.emission) = (!sky, !emission);
+        ui.checkbox(&mut bounces, "bounces").on_hover_text("what surfaces pass on of the light they receive");
+        (view.muted.sky, view.muted.emission, view.muted.bounces) = (!sky, !emission, !bounces);
     });
     ui.end_row();
 }

@@ -6,6 +6,7 @@
 //! | [`meter`] | how bright the picture is |
 //! | [`texel_colors`] | what the colours of clusters stand for |
 
+pub mod charts;
 pub mod meter;
 pub mod screen;
 pub mod texel_colors;

@@ -92,6 +92,7 @@ impl LiveScene {
             lighting.lights.push(Light::Point { position: camera.position, intensity, range: None });
         }
         let lighting = self.runtime.set_lighting(lighting);
+        self.runtime.set_bounces(!muted.bounces);
         for (material, colors) in document.materials.iter().enumerate() {
             let Some(present) = self.runtime.surface_colors(material) else { break };
             if present.base_color != colors.base_color {
@@ -186,7 +187,7 @@ pub fn audible(document: &Document, muted: &Muted, time: f32) -> Lighting {
     let mut lighting = document.lighting(time);
     for (light, entry) in lighting.lights.iter_mut().zip(&document.lights) {
         if muted.lights.contains(&entry.item) {
-            *crate::state::document::strength_of_mut(light) = Vec3::ZERO;
+            *light.strength_mut() = Vec3::ZERO;
         }
     }
     if muted.sky {

@@ -145,7 +145,8 @@ fn texel_at(baked: &BakedScene, hit: &Hit) -> Option<PickedTexel> {
     })
 }
 
-fn receiver_of(baked: &BakedScene, receiver: u32) -> Option<PickedReceiver> {
+/// What is known of a receiver.
+pub fn receiver_of(baked: &BakedScene, receiver: u32) -> Option<PickedReceiver> {
     let holds = |cluster: &probelight_asset::Cluster| {
         (cluster.first_receiver..cluster.first_receiver + cluster.receiver_count).contains(&receiver)
     };

@@ -8,7 +8,7 @@ use probelight_render::gpu::GpuView;
 use probelight_scene::{Camera, Light, Placement};
 
 use super::camera_rig;
-use super::document::{Document, Selection, direction_of, position_of};
+use super::document::{Document, Selection};
 use super::edit::Edit;
 use super::history::History;
 use super::view_state::ViewState;
@@ -102,8 +102,6 @@ pub enum Request {
     Screenshot,
     /// Copies text.
     CopyText(String),
-    /// Reads the lightmap for its page.
-    ReadLightmap,
     /// Ends.
     Quit,
 }
@@ -197,7 +195,7 @@ impl State {
         match self.selection {
             Selection::Light(item) => {
                 let entry = self.document.light(item)?;
-                position_of(&entry.motion.at(&entry.light, self.view.time))
+                entry.motion.at(&entry.light, self.view.time).position()
             }
             Selection::Object(item) => {
                 Some(self.document.object(item)?.placement(self.view.time).translation)
@@ -291,8 +289,8 @@ impl State {
             .document
             .lights
             .iter()
-            .filter(|entry| position_of(&entry.light).is_some())
-            .map(|entry| super::document::strength_of(&entry.light).max_element())
+            .filter(|entry| entry.light.position().is_some())
+            .map(|entry| entry.light.strength().max_element())
             .collect();
         match lamps.len() {
             0 => (0.05 * self.diagonal).powi(2) * (-self.shown_ev).exp2() * 4.0,
@@ -306,7 +304,7 @@ fn move_light(light: &mut Light, offset: Vec3, diagonal: f32) {
     match light {
         Light::Point { position, .. } | Light::Spot { position, .. } => *position += offset,
         Light::Directional { .. } => {
-            let Some(direction) = direction_of(light) else { return };
+            let Some(direction) = light.direction() else { return };
             let turned = direction - offset * std::f32::consts::PI / diagonal.max(f32::MIN_POSITIVE);
             if let (Some(turned), Light::Directional { direction, .. }) = (turned.try_normalize(), light) {
                 *direction = turned;

@@ -2,13 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use probelight_math::glam::Vec3;
 use probelight_runtime::SurfaceColors;
 use probelight_scene::{
-    Bounds, Camera, Keyframe, Light, Lighting, MaterialColors, ObjectPath, Placement, Scene, Setup, Sky,
+    Bounds, Camera, Keyframe, Light, LightMotion, LightTrack, Lighting, MaterialColors, ObjectPath,
+    Placement, Scene, Setup, Sky,
 };
-
-use super::light_motion::LightMotion;
 
 /// A light or an object, as long as it exists; never given twice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -48,6 +46,12 @@ pub struct ObjectEntry {
     pub item: Item,
     /// Its file, found from anywhere, and its way.
     pub path: ObjectPath,
+}
+
+impl LightEntry {
+    fn track(&self) -> LightTrack {
+        LightTrack { name: self.name.clone(), motion: self.motion.clone() }
+    }
 }
 
 impl ObjectEntry {
@@ -101,8 +105,12 @@ impl Document {
             eval_bounds: setup.eval_bounds,
             next_item: 0,
         };
-        for light in &setup.lighting.lights {
-            document.add_light(light.clone(), LightMotion::Still);
+        for (i, light) in setup.lighting.lights.iter().enumerate() {
+            let LightTrack { name, motion } = setup.light_tracks.get(i).cloned().unwrap_or_default();
+            document.add_light(light.clone(), motion);
+            if let Some(entry) = document.lights.last_mut().filter(|_| !name.is_empty()) {
+                entry.name = name;
+            }
         }
         for object in &setup.objects {
             document.add_object(ObjectPath { file: folder.join(&object.file), ..object.clone() });
@@ -111,7 +119,7 @@ impl Document {
     }
 
     /// The setup that a file in `folder` would hold: colours that are not the scene's, files of objects by how one finds
-    /// them from there. Lights are where they stand still.
+    /// them from there.
     pub fn setup(&self, folder: &Path, scene: &Scene) -> Setup {
         let relative = |file: &PathBuf| file.strip_prefix(folder).unwrap_or(file).to_path_buf();
         let object =
@@ -124,6 +132,7 @@ impl Document {
                 sky: self.sky,
                 emissive_scale: self.emissive_scale,
             },
+            light_tracks: self.lights.iter().map(LightEntry::track).collect(),
             cameras: self.cameras.clone(),
             eval_bounds: self.eval_bounds,
             objects: self.objects.iter().map(object).collect(),
@@ -220,38 +229,6 @@ pub fn kind_of(light: &Light) -> &'static str {
         Light::Point { .. } => "Lamp",
         Light::Spot { .. } => "Spot",
         Light::Directional { .. } => "Sun",
-    }
-}
-
-/// Where a light is, if it is somewhere.
-pub fn position_of(light: &Light) -> Option<Vec3> {
-    match light {
-        Light::Point { position, .. } | Light::Spot { position, .. } => Some(*position),
-        Light::Directional { .. } => None,
-    }
-}
-
-/// Where a light shines, if it shines somewhere: unit vector.
-pub fn direction_of(light: &Light) -> Option<Vec3> {
-    match light {
-        Light::Directional { direction, .. } | Light::Spot { direction, .. } => Some(*direction),
-        Light::Point { .. } => None,
-    }
-}
-
-/// The strength of a light: intensity, W/sr, or irradiance, W/m².
-pub fn strength_of(light: &Light) -> Vec3 {
-    match light {
-        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => *intensity,
-        Light::Directional { irradiance, .. } => *irradiance,
-    }
-}
-
-/// The same, to change it.
-pub fn strength_of_mut(light: &mut Light) -> &mut Vec3 {
-    match light {
-        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity,
-        Light::Directional { irradiance, .. } => irradiance,
     }
 }
 

@@ -3,10 +3,9 @@
 use std::mem::Discriminant;
 
 use probelight_runtime::SurfaceColors;
-use probelight_scene::{Camera, Keyframe, Light, ObjectPath, Placement, Sky};
+use probelight_scene::{Camera, Keyframe, Light, LightMotion, ObjectPath, Placement, Sky};
 
 use super::document::{Document, Item, Selection};
-use super::light_motion::LightMotion;
 
 /// A change to a document. One that names what is not there changes nothing.
 #[derive(Clone, Debug, PartialEq)]

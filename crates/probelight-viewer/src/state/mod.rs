@@ -8,7 +8,6 @@
 //! | [`view_state`] | what is shown of it, and how |
 //! | [`action`] | all that panels, keys and arguments can ask for; what each does |
 //! | [`camera_rig`] | how mouse and keys move the camera |
-//! | [`light_motion`] | lights that move by themselves |
 //! | [`keys`] | which key does what |
 
 pub mod action;
@@ -17,11 +16,9 @@ pub mod document;
 pub mod edit;
 pub mod history;
 pub mod keys;
-pub mod light_motion;
 pub mod view_state;
 
 pub use action::{Action, Request, State};
 pub use document::{Document, Item, LightEntry, ObjectEntry, Selection};
 pub use edit::Edit;
-pub use light_motion::LightMotion;
 pub use view_state::ViewState;

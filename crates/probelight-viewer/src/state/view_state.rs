@@ -66,6 +66,34 @@ impl TexelColors {
     }
 }
 
+/// What the colours of the lightmap's page stand for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PageColors {
+    /// Its light.
+    #[default]
+    Irradiance,
+    /// Triangles that are unwrapped in one piece.
+    Charts,
+    /// As those of [`GpuView::Clusters`].
+    Texels(TexelColors),
+}
+
+impl PageColors {
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Self> {
+        [Self::Irradiance, Self::Charts].into_iter().chain(TexelColors::ALL.map(Self::Texels))
+    }
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Irradiance => "irradiance",
+            Self::Charts => "charts",
+            Self::Texels(colors) => colors.name(),
+        }
+    }
+}
+
 /// What is drawn over the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overlays {
@@ -84,6 +112,8 @@ pub struct Muted {
     pub sky: bool,
     /// Emissive surfaces.
     pub emission: bool,
+    /// What surfaces pass on.
+    pub bounces: bool,
     /// Lights.
     pub lights: BTreeSet<Item>,
 }
@@ -122,6 +152,8 @@ pub struct ViewState {
     pub marks: bool,
     /// What the colours of clusters stand for.
     pub texel_colors: TexelColors,
+    /// What the colours of the lightmap's page stand for.
+    pub page_colors: PageColors,
     /// What is drawn over the picture.
     pub overlays: Overlays,
     /// Which sources are left out.
@@ -130,6 +162,8 @@ pub struct ViewState {
     pub lod: LodSettings,
     /// Time that the light of a frame may take, milliseconds: levels follow it.
     pub hold_milliseconds: Option<f32>,
+    /// Similarity (SSIM) to the picture without levels of detail: levels begin as near as it allows.
+    pub hold_similarity: Option<f32>,
     /// Whether time goes on for what moves by itself.
     pub is_playing: bool,
     /// Seconds since the beginning.
@@ -156,10 +190,12 @@ impl ViewState {
             coloring: Coloring::default(),
             marks: false,
             texel_colors: TexelColors::default(),
+            page_colors: PageColors::default(),
             overlays: Overlays { lights: true, probes: false, grid: false },
             muted: Muted::default(),
             lod: LodSettings::default(),
             hold_milliseconds: None,
+            hold_similarity: None,
             is_playing: true,
             time: 0.0,
             speed: 1.0,

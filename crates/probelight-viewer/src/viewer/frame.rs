@@ -78,7 +78,7 @@ impl Viewer {
         if let Err(error) = live.sync(document, view) {
             self.messages.error(error.to_string());
         }
-        govern(&mut self.governor, view, live)?;
+        govern(&mut self.governor, self.held.scale, view, live)?;
         if self.settling > 0 {
             self.settling -= 1;
             let queries = self.times.queries();
@@ -152,29 +152,39 @@ impl Viewer {
         }
     }
 
-    /// Whether there is another frame without anything happening, and when.
-    pub(super) fn next_frame(&mut self, since: Instant) {
+    /// Whether light or picture are another in the next frame.
+    pub(super) fn is_changing(&self) -> bool {
         let view = &self.state.view;
         let moves = view.is_playing && self.state.document.moves() && self.live.is_some();
+        self.settling > 0
+            || self.fade > 0.0
+            || moves
+            || self.adapts()
+            || !matches!(self.grip, Grip::Nothing)
+            || self.context.input(mouse::is_moving)
+    }
+
+    /// Whether the shown exposure is still on its way.
+    fn adapts(&self) -> bool {
+        let is_apart = |ev: f32| (ev - self.state.shown_ev).abs() > SAME_EXPOSURE;
+        let reading = self.meter.reading.as_ref();
+        self.state.view.exposure == ExposureMode::Automatic && reading.is_some_and(|r| is_apart(r.ev))
+    }
+
+    /// Light settles anew.
+    pub(super) fn settle_again(&mut self) {
+        self.settling = SETTLING_FRAMES;
+    }
+
+    /// Whether there is another frame without anything happening, and when.
+    pub(super) fn next_frame(&mut self, since: Instant) {
         let is_waiting = self.meter.is_measuring()
             || self.grid_answer.is_some()
             || self.lightmap_answer.is_some()
-            || self.pick_answers.texel.is_some();
-        let adapts = view.exposure == ExposureMode::Automatic
-            && self
-                .meter
-                .reading
-                .as_ref()
-                .is_some_and(|r| (r.ev - self.state.shown_ev).abs() > SAME_EXPOSURE);
-        let is_active = self.settling > 0
-            || self.fade > 0.0
-            || moves
-            || is_waiting
-            || adapts
-            || !matches!(self.grip, Grip::Nothing)
-            || self.context.input(mouse::is_moving);
-        let caps_frames = view.caps_frames;
-        if !is_active || self.is_lost {
+            || self.pick_answers.texel.is_some()
+            || self.held.is_searching();
+        let caps_frames = self.state.view.caps_frames;
+        if !(is_waiting || self.is_changing()) || self.is_lost {
             return self.times.rest();
         }
         if caps_frames {
@@ -213,23 +223,26 @@ fn adapt(shown: &mut f32, mode: ExposureMode, metered: Option<f32>, seconds: f32
 fn needs_light(last: &Drawn, document: &Document, view: &ViewState) -> bool {
     let of = |view: &ViewState| {
         let whole_grid = (view.overlays.grid, view.options.shading);
-        (view.muted.clone(), view.lod.clone(), view.hold_milliseconds, whole_grid)
+        (view.muted.clone(), view.lod.clone(), view.hold_milliseconds, view.hold_similarity, whole_grid)
     };
     let looks_from_elsewhere = view.lod.levels.len() > 1 && last.view.camera != view.camera;
     let moves = last.view.time != view.time && document.moves();
     last.document != *document || of(&last.view) != of(view) || looks_from_elsewhere || moves
 }
 
-/// Gives the runtime the levels of detail: those of the view, or nearer ones that hold the time.
+/// Gives the runtime the levels of detail: those of the view, moved so that they hold a similarity, or nearer ones that
+/// hold the time.
 fn govern(
     governor: &mut Option<(f32, LodGovernor)>,
+    held_scale: Option<f32>,
     view: &ViewState,
     live: &mut LiveScene,
 ) -> Result<(), GpuError> {
+    let wanted = view.lod.clone().with_distances_scaled(held_scale.unwrap_or(1.0));
     let lod = match view.hold_milliseconds {
         None => {
             *governor = None;
-            view.lod.clone()
+            wanted
         }
         Some(milliseconds) => {
             let is_same = governor.as_ref().is_some_and(|(held, _)| *held == milliseconds);
@@ -237,7 +250,10 @@ fn govern(
                 let target = Duration::from_secs_f32(milliseconds.max(0.01) * 1e-3);
                 *governor = Some((milliseconds, LodGovernor::new(target)));
             }
-            governor.as_ref().map_or_else(|| view.lod.clone(), |(_, governor)| governor.govern(&view.lod))
+            match governor {
+                Some((_, governor)) => governor.govern(&wanted),
+                None => wanted,
+            }
         }
     };
     if *live.runtime.lod() != lod {

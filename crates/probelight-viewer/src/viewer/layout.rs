@@ -41,7 +41,10 @@ impl Viewer {
         }
         if panels.settings {
             let panel = Panel::right("settings").resizable(true).default_size(290.0).min_size(260.0);
-            let scale = self.governor.as_ref().map(|(_, governor)| governor.scale());
+            let held = panels::detail::Held {
+                by_time: self.governor.as_ref().map(|(_, governor)| governor.scale()),
+                by_similarity: self.held.scale,
+            };
             let passes = self.reference.as_ref().map(ReferencePicture::passes);
             let standing = bake.as_ref().map(|bake| bake.standing());
             panel.show(ui, |ui| {
@@ -58,7 +61,7 @@ impl Viewer {
                 ui.separator();
                 match self.tab {
                     Tab::Look => panels::look::show(ui, state, meter.reading.as_ref(), passes, actions),
-                    Tab::Detail => panels::detail::show(ui, state, work, scale, actions),
+                    Tab::Detail => panels::detail::show(ui, state, work, held, actions),
                     Tab::Bake => {
                         panels::bake::show(ui, &live.baked, live.is_baked, standing.as_ref(), actions);
                     }
@@ -76,10 +79,12 @@ impl Viewer {
             .open(&mut panels.help)
             .default_height(500.0)
             .show(&context, panels::help::show);
-        egui::Window::new("Lightmap")
-            .open(&mut panels.lightmap)
-            .default_size([520.0, 480.0])
-            .show(&context, |ui| panels::lightmap::show(ui, self.lightmap.as_ref(), &mut self.zoom, actions));
+        egui::Window::new("Lightmap").open(&mut panels.lightmap).default_size([520.0, 480.0]).show(
+            &context,
+            |ui| {
+                panels::lightmap::show(ui, &self.state, self.lightmap.as_ref(), &mut self.zoom, actions);
+            },
+        );
         if panels != before {
             let mut view = self.state.view.clone();
             view.panels = panels;

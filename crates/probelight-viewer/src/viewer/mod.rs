@@ -7,12 +7,14 @@
 //! | `requests` | what the window does when it is asked |
 //! | `files` | what is opened and saved |
 //! | `picking` | what is at a place |
+//! | `similarity` | levels of detail that hold the similarity of pictures |
 
 mod files;
 mod frame;
 mod layout;
 mod picking;
 mod requests;
+mod similarity;
 
 use std::collections::HashSet;
 use std::path::PathBuf;
@@ -28,6 +30,7 @@ use probelight_scene::{Camera, ObjectPath, Setup};
 use web_time::Instant;
 
 use self::frame::Drawn;
+use self::similarity::HeldSimilarity;
 use crate::handles;
 use crate::messages::Messages;
 use crate::mouse::{self, Grip};
@@ -46,7 +49,6 @@ use crate::scene::pending::Pending;
 use crate::scene::progress::BackgroundProgress;
 use crate::scene::reference_picture::ReferencePicture;
 use crate::settings::Settings;
-use crate::state::document::position_of;
 use crate::state::view_state::ExposureMode;
 use crate::state::{Action, Document, State};
 
@@ -92,6 +94,8 @@ pub struct Viewer {
     pub(crate) pick_answers: PickAnswers,
     pub(crate) lightmap: Option<LightmapPage>,
     pub(crate) lightmap_answer: Option<Pending<Result<Vec<u8>, GpuError>>>,
+    /// How many pictures were drawn when it was read.
+    lightmap_draws: u64,
     pub(crate) screen: Screen,
     pub(crate) settling: u32,
     pub(crate) fade: f32,
@@ -100,6 +104,7 @@ pub struct Viewer {
     reference: Option<ReferencePicture>,
     times: FrameTimes,
     governor: Option<(f32, LodGovernor)>,
+    held: HeldSimilarity,
     grid: Option<GridOfLight>,
     grid_answer: Option<Pending<Result<Vec<f32>, GpuError>>>,
     grip: Grip,
@@ -178,6 +183,7 @@ impl Viewer {
             pick_answers: PickAnswers::default(),
             lightmap: None,
             lightmap_answer: None,
+            lightmap_draws: 0,
             screen: Screen::new(gpu)?,
             settling: 0,
             fade: 0.0,
@@ -186,6 +192,7 @@ impl Viewer {
             reference: None,
             times: FrameTimes::new(gpu),
             governor: None,
+            held: HeldSimilarity::default(),
             grid: None,
             grid_answer: None,
             grip: Grip::Nothing,
@@ -240,7 +247,7 @@ impl Viewer {
         let frame = handles::Frame { rect: self.rect, camera: &self.state.view.camera };
         let lights = self.state.document.lights.iter();
         let places =
-            lights.filter_map(|entry| position_of(&entry.motion.at(&entry.light, self.state.view.time)));
+            lights.filter_map(|entry| entry.motion.at(&entry.light, self.state.view.time).position());
         places.filter_map(move |place| frame.project(place)).map(|(at, _)| at)
     }
 
@@ -255,6 +262,16 @@ impl Viewer {
     /// How long frames take, as the panel of times copies it.
     pub fn figures(&self) -> serde_json::Value {
         panels::timing::figures(&self.times, self.work(), self.memory.1)
+    }
+
+    /// The colours of the lightmap's page, if it is open and was read.
+    pub fn lightmap_colors(&self) -> Option<&[egui::Color32]> {
+        Some(self.lightmap.as_ref()?.colors())
+    }
+
+    /// Factor on the distances of levels that holds the wanted similarity, once it was found.
+    pub fn held_scale(&self) -> Option<f32> {
+        self.held.scale
     }
 
     /// How many pictures were drawn so far.
@@ -276,9 +293,10 @@ impl Viewer {
         Some((picked.lightmap?.element_sum(), soft.element_sum()))
     }
 
-    /// Whether files are read, a scene is baked, or light still settles.
+    /// Whether files are read, a scene is baked, light still settles, or answers are waited for.
     pub fn is_busy(&self) -> bool {
-        self.loader.pending > 0 || self.bake.is_some() || self.settling > 0 || self.fade > 0.0
+        let is_waiting = self.loader.pending > 0 || self.bake.is_some() || self.lightmap_answer.is_some();
+        is_waiting || self.settling > 0 || self.fade > 0.0 || self.held.is_searching()
     }
 }
 
@@ -305,9 +323,10 @@ impl eframe::App for Viewer {
         }
         self.grow_reference();
         self.read_grid();
+        self.read_lightmap();
         self.meter.update();
         if !self.is_lost
-            && let Err(error) = self.light_and_draw(seconds)
+            && let Err(error) = self.light_and_draw(seconds).and_then(|()| self.hold_similarity())
         {
             self.is_lost = self.gpu.check().is_err();
             self.messages.error(error.to_string());

@@ -16,7 +16,7 @@ use crate::platform;
 use crate::scene::live_scene::{LiveScene, audible};
 use crate::scene::pending::{Pending, take_ready};
 use crate::scene::pick::{Picked, pick, reference_at};
-use crate::state::{Action, Selection};
+use crate::state::{Action, Selection, State};
 
 impl Viewer {
     pub(super) fn picked_place(&self) -> Option<Vec3> {
@@ -71,14 +71,29 @@ impl Viewer {
         self.show_picked();
     }
 
+    /// Reads the lightmap for its page if another picture was drawn since.
+    pub(super) fn read_lightmap(&mut self) {
+        let Some(live) = self.live.as_ref().filter(|_| self.state.view.panels.lightmap) else {
+            return self.lightmap = None;
+        };
+        if self.lightmap_answer.is_some() || (self.lightmap.is_some() && self.lightmap_draws == self.draws) {
+            return;
+        }
+        self.lightmap_draws = self.draws;
+        let (device, queue) = (self.gpu.device.clone(), self.gpu.queue.clone());
+        let texture = live.runtime.buffers().lightmap.clone();
+        let read = async move { read_texture_async(&device, &queue, &texture).await };
+        self.lightmap_answer = Some(Pending::new(read));
+    }
+
     /// Takes what the GPU and the path tracer have said meanwhile.
     pub(crate) fn take_answers(&mut self) {
         if let Some(Ok(bytes)) = take_ready(&mut self.lightmap_answer)
             && let Some(live) = &self.live
         {
             let irradiance = bytes.chunks_exact(8).map(texel).collect();
-            let width = live.baked.lightmap.width as usize;
-            self.lightmap = Some(LightmapPage::new(&self.context, width, irradiance, self.state.shown_ev));
+            let State { view, shown_ev, .. } = &self.state;
+            self.lightmap = Some(LightmapPage::new(&self.context, live, irradiance, view, *shown_ev));
         }
         let Some(light) = &mut self.picked else { return };
         if let Some(answer) = take_ready(&mut self.pick_answers.texel) {

@@ -1,11 +1,9 @@
 //! What the window does when it is asked.
 
 use eframe::egui::ViewportCommand;
-use probelight_runtime::gpu::readback::read_texture_async;
 use probelight_scene::{ObjectPath, Placement};
 
 use super::{DialogPurpose, Viewer};
-use crate::scene::pending::Pending;
 use crate::state::document::standing;
 use crate::state::{Action, Edit, Request};
 
@@ -45,7 +43,6 @@ impl Viewer {
                 self.context.copy_text(text);
                 self.messages.note("copied");
             }
-            Request::ReadLightmap => self.read_lightmap(),
             Request::Quit => self.context.send_viewport_cmd(ViewportCommand::Close),
         }
     }
@@ -69,13 +66,5 @@ impl Viewer {
     fn ball_scale(&self) -> f32 {
         let wanted = BALL_SIZE * self.state.diagonal;
         wanted / 0.3
-    }
-
-    fn read_lightmap(&mut self) {
-        let Some(live) = self.live.as_ref().filter(|_| self.lightmap_answer.is_none()) else { return };
-        let (device, queue) = (self.gpu.device.clone(), self.gpu.queue.clone());
-        let texture = live.runtime.buffers().lightmap.clone();
-        let read = async move { read_texture_async(&device, &queue, &texture).await };
-        self.lightmap_answer = Some(Pending::new(read));
     }
 }

@@ -1,11 +1,24 @@
-//! Lights that move by themselves.
+//! Lights of a setup that move by themselves.
 
 use std::f32::consts::TAU;
 
 use probelight_math::glam::{Quat, Vec3};
-use probelight_scene::Light;
+use serde_json::{Map, Value, json};
 
-use super::document::strength_of_mut;
+use super::Setup;
+use super::fields::{Field, Object};
+use super::parse::light;
+use super::write::light_members;
+use crate::{Light, Lighting};
+
+/// What a setup says of a light besides how it shines.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightTrack {
+    /// For people; may be empty.
+    pub name: String,
+    /// How it moves.
+    pub motion: LightMotion,
+}
 
 /// How a light moves. Times are seconds.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,7 +43,7 @@ pub enum LightMotion {
         /// Largest loss, as a share.
         strength: f32,
     },
-    /// From one keyframe to the next, and again from the first: time, light. At least two, in the order of time.
+    /// From one keyframe to the next, and again from the first: time, light. They come in the order of time.
     Keyframes(Vec<(f32, Light)>),
 }
 
@@ -69,7 +82,7 @@ impl LightMotion {
             }
             Self::Flicker { strength } => {
                 let waver: f32 = FLAME.iter().map(|frequency| (TAU * frequency * time).sin()).sum();
-                *strength_of_mut(&mut moved) *= 1.0 - strength.clamp(0.0, 1.0) * (0.5 + waver / 6.0);
+                *moved.strength_mut() *= 1.0 - strength.clamp(0.0, 1.0) * (0.5 + waver / 6.0);
             }
             Self::Keyframes(keys) => moved = between(keys, time).unwrap_or(moved),
         }
@@ -91,6 +104,104 @@ pub fn sun_at(hour: f32) -> (Vec3, f32) {
     let noon = Vec3::new(0.0, NOON.sin(), NOON.cos());
     let towards = (Vec3::X * angle.cos() + noon * angle.sin()).normalize();
     (towards, towards.y)
+}
+
+impl Setup {
+    /// All light at a time, seconds, with lights that move by themselves where they are then.
+    pub fn lighting_at(&self, time: f32) -> Lighting {
+        let mut lighting = self.lighting.clone();
+        for (light, track) in lighting.lights.iter_mut().zip(&self.light_tracks) {
+            *light = track.motion.at(light, time);
+        }
+        lighting
+    }
+
+    /// Whether a light moves by itself.
+    pub fn has_moving_lights(&self) -> bool {
+        self.light_tracks.iter().any(|track| track.motion != LightMotion::Still)
+    }
+}
+
+/// Reads what a light's members say besides how it shines.
+pub(super) fn light_track(members: &Object<'_>) -> Result<LightTrack, String> {
+    let name = members.optional("name").map(|name| name.text()).transpose()?.unwrap_or_default().into();
+    let motion = members.optional("motion").map(|field| motion(&field, members)).transpose()?;
+    Ok(LightTrack { name, motion: motion.unwrap_or_default() })
+}
+
+fn motion(field: &Field<'_>, of_light: &Object<'_>) -> Result<LightMotion, String> {
+    let members = field.object()?;
+    let kind = members.required("type")?;
+    let seconds = |name| members.required(name)?.number_within(1e-3, f32::MAX);
+    match kind.text()? {
+        "circle" => {
+            members.allow_only(&["type", "radius", "period"])?;
+            let radius = members.optional("radius").map_or(Ok(0.0), |radius| radius.number())?;
+            Ok(LightMotion::Circle { radius, period: seconds("period")? })
+        }
+        "day" if of_light.required("type")?.text()? != "directional" => {
+            Err(kind.error("only directional lights have days"))
+        }
+        "day" => {
+            members.allow_only(&["type", "period"])?;
+            Ok(LightMotion::Day { period: seconds("period")? })
+        }
+        "flicker" => {
+            members.allow_only(&["type", "strength"])?;
+            Ok(LightMotion::Flicker { strength: members.required("strength")?.number_within(0.0, 1.0)? })
+        }
+        "keyframes" => {
+            members.allow_only(&["type", "keyframes"])?;
+            keyframes(&members.required("keyframes")?, of_light).map(LightMotion::Keyframes)
+        }
+        other => {
+            let reason = "is no motion of a light; allowed: circle, day, flicker, keyframes";
+            Err(kind.error(format!("\"{other}\" {reason}")))
+        }
+    }
+}
+
+/// Keyframes say what is other than in the light itself.
+fn keyframes(field: &Field<'_>, of_light: &Object<'_>) -> Result<Vec<(f32, Light)>, String> {
+    let mut keys: Vec<(f32, Light)> = Vec::new();
+    for field in field.array()? {
+        let members = field.object()?;
+        let time = members.required("time")?.number_within(0.0, f32::MAX)?;
+        if keys.last().is_some_and(|(last, _)| *last >= time) {
+            return Err(field.error("times must grow from one keyframe to the next"));
+        }
+        let all = of_light.with_members_of(&members, &["name", "motion", "time"]);
+        keys.push((time, light(&field.of_same_path(&all))?));
+    }
+    if keys.is_empty() {
+        return Err(field.error("at least one keyframe is needed"));
+    }
+    Ok(keys)
+}
+
+/// Writes what [`light_track`] reads.
+pub(super) fn write_track(track: &LightTrack, members: &mut Map<String, Value>) {
+    if !track.name.is_empty() {
+        members.insert("name".into(), json!(track.name));
+    }
+    let motion = match &track.motion {
+        LightMotion::Still => return,
+        LightMotion::Circle { radius, period } => {
+            json!({ "type": "circle", "radius": radius, "period": period })
+        }
+        LightMotion::Day { period } => json!({ "type": "day", "period": period }),
+        LightMotion::Flicker { strength } => json!({ "type": "flicker", "strength": strength }),
+        LightMotion::Keyframes(keys) => {
+            let key = |(time, light): &(f32, Light)| {
+                let mut members = light_members(light);
+                members.remove("type");
+                members.insert("time".into(), json!(time));
+                Value::Object(members)
+            };
+            json!({ "type": "keyframes", "keyframes": keys.iter().map(key).collect::<Vec<_>>() })
+        }
+    };
+    members.insert("motion".into(), motion);
 }
 
 /// A light between its keyframes, which begin anew after the last.
