@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Opens the window on a display of its own, uses keys and mouse as one would, and checks what comes of it: pictures, saved
-# setup, exit code. With a folder as argument it leaves screenshots for the documents there.
-# Needs Xvfb, xdotool and ImageMagick (tools/test.sh installs them); without them it says that it is skipped. PROBELIGHT names the
-# program; without it, it is built.
+# setup, exit code; then once more on Wayland. With a folder as argument it leaves screenshots of the demo's atrium for the
+# documents there. Needs Xvfb, xdotool and ImageMagick, and for Wayland Weston (tools/test.sh installs them); what it cannot do
+# without them it says. PROBELIGHT names the program; without it, it is built.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 pictures=${1:+$(realpath "$1")}
@@ -44,15 +44,21 @@ shot() { import -window root "$work/$1.png"; }
 brightness() { convert "$work/$1.png" -gravity center -crop 300x200+0-80 -colorspace Gray -format '%[fx:mean]' info:; }
 differ() { [[ $(compare -metric AE -fuzz 3% "$work/$1.png" "$work/$2.png" null: 2>&1 | cut -d. -f1) -gt 2000 ]]; }
 is_lit() { shot now; awk "BEGIN { exit !($(brightness now) > 0.05) }"; }
-has_two_lamps() { [[ $(grep -c '"type": "point"' "$work/setup.json") = 2 ]]; }
+has_another_lamp() { [[ $(grep -c '"type": "point"' "$work/setup.json") = $((lamps + 1)) ]]; }
 
-# Small and coarse, as drivers in software take their time; for the documents better.
-coarse=(--receivers 3000 --rays 64 --grid 0) resolution=0.25
-[[ -z $pictures ]] || { coarse=(--quality preview) resolution=1; }
-"$program" bake assets/scenes/cornell.glb -o "$work/cornell.plight" "${coarse[@]}" --quiet
-cp assets/setups/cornell_lamp.json "$work/setup.json"
+# Small and coarse, as drivers in software take their time; for the documents as the demo has it.
+if [[ -z $pictures ]]; then
+    "$program" bake assets/scenes/cornell.glb -o "$work/scene.plight" --receivers 3000 --rays 64 --grid 0 --quiet
+    cp assets/setups/cornell_lamp.json "$work/setup.json"
+    resolution=0.25
+else
+    "$program" demo --scene atrium --backend cpu -o "$work" --quiet
+    mv "$work/atrium.plight" "$work/scene.plight"
+    resolution=1
+fi
+lamps=$(grep -c '"type": "point"' "$work/setup.json" || true)
 cd "$work"
-"$program" view cornell.plight --setup setup.json --size 1280x720 --resolution $resolution 2>"$work/log" &
+"$program" view scene.plight --setup setup.json --size 1280x720 --resolution $resolution 2>"$work/log" &
 viewer=$!
 has_opened_or_ended() { xdotool search --name Probelight >/dev/null || ! kill -0 "$viewer" 2>/dev/null; }
 wait_for 180 'no window opened' has_opened_or_ended
@@ -62,18 +68,29 @@ if grep -q 'no GPU was found' log; then
 fi
 wait_for 60 'no window opened' xdotool search --name Probelight >/dev/null
 xdotool search --name Probelight windowmove 0 0 windowfocus 2>/dev/null || true
+# Once its light has settled it rests, and costs nothing.
+ticks() { awk '{ print $14 + $15 }' "/proc/$viewer/stat"; }
+rests() {
+    local before
+    before=$(ticks)
+    sleep 3
+    (($(ticks) - before <= 9))
+}
+# Large pictures take their time.
+pause() { sleep $(($1 * (${#pictures} ? 20 : 1))); }
+
 wait_for 300 'the picture stays dark' is_lit
-sleep 3
+pause 3
 shot lit
 [[ -z $pictures ]] || cp lit.png "$pictures/viewer.png"
 
 # The mouse: the camera goes around; what is clicked is picked.
 xdotool mousemove 560 420 mousedown 1 mousemove 600 420 mousemove 680 440 mouseup 1
-sleep 3
+pause 3
 shot turned
 differ lit turned || fail 'dragging does not turn the camera'
 xdotool mousemove 600 460 click 1
-sleep 6
+pause 6
 shot picked
 differ turned picked || fail 'a click picks nothing'
 [[ -z $pictures ]] || cp picked.png "$pictures/viewer-picked.png"
@@ -85,38 +102,53 @@ key ctrl+z
 key ctrl+z
 key ctrl+shift+z
 key ctrl+s
-wait_for 10 'the lamp was not saved' has_two_lamps
+wait_for 10 'the lamp was not saved' has_another_lamp
 key g
-sleep 2
+pause 2
 shot direct
 differ picked direct || fail 'indirect light cannot be switched off'
 key g c
-sleep 3
+pause 3
 shot compared
 [[ -z $pictures ]] || cp compared.png "$pictures/viewer-compared.png"
 key c c 8
-sleep 3
+pause 3
 shot clusters
 differ compared clusters || fail 'digits do not change the view'
 key 1 F1
-sleep 1
+pause 1
 shot help
 differ clusters help || fail 'there is no help'
 key F1 F12
 wait_for 20 'no picture was saved' test -s probelight-001.png
 
-# Once its light has settled it rests, and costs nothing.
-ticks() { awk '{ print $14 + $15 }' "/proc/$viewer/stat"; }
-rests() {
-    local before
-    before=$(ticks)
-    sleep 3
-    (($(ticks) - before <= 9))
-}
 wait_for 600 'it never rests' rests
 
 key ctrl+q
 wait_for 20 'it does not quit' bash -c "! kill -0 $viewer 2>/dev/null"
 wait "$viewer" || fail "exit code $?: $(cat log)"
 ! grep -i -E 'panic|error' log || fail 'it complained'
+
+# The same on Wayland, on a compositor of its own.
+if ! command -v weston >/dev/null; then
+    echo 'SKIPPED on Wayland: there is no weston' >&2
+else
+    weston --backend=headless-backend.so --use-pixman --debug --width=1280 --height=720 --socket=wayland-check --idle-time=0 >"$work/weston" 2>&1 &
+    compositor=$!
+    trap 'kill "$server" "$compositor" 2>/dev/null; rm -rf "$work"' EXIT
+    export WAYLAND_DISPLAY=wayland-check
+    wait_for 20 'no compositor' test -S "$work/wayland-check"
+    env -u DISPLAY "$program" view scene.plight --setup setup.json --size 1000x600 --resolution 0.25 2>"$work/log" &
+    viewer=$!
+    is_lit_on_wayland() {
+        kill -0 "$viewer" || fail "it ended on Wayland: $(cat log)"
+        rm -f wayland-screenshot-*.png
+        weston-screenshooter && mv wayland-screenshot-*.png now.png
+        awk "BEGIN { exit !($(brightness now) > 0.05) }"
+    }
+    wait_for 120 'the picture stays dark on Wayland' is_lit_on_wayland
+    wait_for 300 'it never rests on Wayland' rests
+    kill "$viewer"
+    ! grep -i -E 'panic|error' log || fail 'it complained on Wayland'
+fi
 echo 'the window works'

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # All tests. Those of the GPU need a Vulkan driver: where there is none, Mesa's driver in software is installed first,
 # if this is a Debian-like Linux and we may. Without one they say that they are skipped; with CI=true they fail.
-# The test that uses the window needs Xvfb, xdotool and ImageMagick, which are installed likewise; without them it is skipped.
+# The test that uses the window needs Xvfb, xdotool, ImageMagick and Weston, which are installed likewise; without them it is skipped.
 # So is the test that uses the page in a browser without Chromium, Node.js, and the page, which tools/build-web.sh builds.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -27,9 +27,9 @@ if [[ $(uname) == Linux ]] && ! has_vulkan_driver; then
         install mesa-vulkan-drivers || echo 'It could not be installed: tests of the GPU are skipped.' >&2
     fi
 fi
-if [[ $(uname) == Linux ]] && command -v apt-get >/dev/null && ! { command -v Xvfb && command -v xdotool && command -v import; } >/dev/null; then
-    echo 'Installing xvfb, xdotool and imagemagick for the test of the window.' >&2
-    install xvfb xdotool imagemagick || echo 'They could not be installed: it is skipped.' >&2
+if [[ $(uname) == Linux ]] && command -v apt-get >/dev/null && ! { command -v Xvfb && command -v xdotool && command -v import && command -v weston; } >/dev/null; then
+    echo 'Installing xvfb, xdotool, imagemagick and weston for the test of the window.' >&2
+    install xvfb xdotool imagemagick weston || echo 'They could not be installed: it is skipped.' >&2
 fi
 
 if [[ $(uname) == Linux ]] && command -v apt-get >/dev/null && ! { command -v chromium || command -v google-chrome; } >/dev/null; then

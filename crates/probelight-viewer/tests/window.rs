@@ -9,16 +9,19 @@ use std::time::{Duration, Instant};
 
 use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
 use eframe::egui_wgpu::{WgpuSetup, WgpuSetupExisting};
-use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state};
+use egui_kittest::{Harness, SnapshotOptions, try_image_snapshot_options};
 use probelight_math::glam::Vec3;
-use probelight_runtime::LodLevel;
 use probelight_runtime::gpu::GpuDevice;
+use probelight_runtime::{LodLevel, LodPreset};
 use probelight_scene::{LightMotion, Sky};
 use probelight_viewer::state::view_state::{Compare, PageColors, TexelColors};
 use probelight_viewer::state::{Action, Edit, Request, Selection};
 use probelight_viewer::{Viewer, ViewerOptions};
+
+/// Pixels of a panel that other drivers may draw otherwise.
+const LARGEST_CHANGE: usize = 100;
 
 fn asset(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets").join(name)
@@ -219,6 +222,7 @@ fn the_picture_follows_the_light_and_rests_when_nothing_changes() {
     let item = harness.state().state.document.lights[0].item;
     let circle = LightMotion::Circle { radius: 0.4, period: 2.0 };
     harness.state_mut().act(Action::Edit(Edit::SetMotion(item, circle)));
+    harness.state_mut().state.view.is_playing = true;
     harness.run_steps(2);
     let first = picture(&harness);
     harness.run_steps(2);
@@ -306,6 +310,45 @@ fn setups_are_saved_and_opened_again() {
     harness.run_steps(3);
     assert_eq!(harness.state().state.document.lighting(0.0), saved);
     until(&mut harness, "the ball", |viewer| viewer.live.as_ref().unwrap().placed_objects().count() == 1);
+}
+
+/// The panels are the pictures in `tests/snapshots`. After a wanted change: `UPDATE_SNAPSHOTS=1 cargo test`, and look at them.
+#[test]
+fn panels_look_as_they_did() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let mut harness = opened(gpu, baked());
+    let view = &mut harness.state_mut().state.view;
+    (view.panels.timing, view.lod) = (false, LodPreset::Low.settings());
+    harness.get_by_label("+ spot").click();
+    harness.get_by_label("Detail").click();
+    harness.run_steps(3);
+    let options = SnapshotOptions::new().failed_pixel_count_threshold(LARGEST_CHANGE);
+    let panels = [("lights", 0..300), ("detail", 988..1280)];
+    let looks = |harness: &mut Harness<'_, Viewer>, options: &SnapshotOptions| {
+        let window = harness.render().expect("the GPU draws panels");
+        panels.clone().map(|(name, columns)| {
+            let size = (columns.len() as u32, window.height());
+            let panel = image::imageops::crop_imm(&window, columns.start, 0, size.0, size.1).to_image();
+            try_image_snapshot_options(&panel, name, options)
+        })
+    };
+    for found in looks(&mut harness, &options) {
+        assert!(found.is_ok(), "{}", found.unwrap_err());
+    }
+    // Negative control: another number in each panel is seen.
+    let copies = tempfile::tempdir().unwrap();
+    for (name, _) in &panels {
+        let file = format!("{name}.png");
+        std::fs::copy(Path::new("tests/snapshots").join(&file), copies.path().join(file)).unwrap();
+    }
+    let item = harness.state().state.document.lights[1].item;
+    harness.state_mut().act(Action::Edit(Edit::RemoveLight(item)));
+    harness.state_mut().state.view.lod.levels.pop();
+    harness.run_steps(3);
+    let elsewhere = options.output_path(copies.path());
+    if std::env::var_os("UPDATE_SNAPSHOTS").is_none() {
+        assert!(looks(&mut harness, &elsewhere).iter().all(Result::is_err));
+    }
 }
 
 #[test]

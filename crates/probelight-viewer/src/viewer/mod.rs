@@ -160,8 +160,9 @@ impl Viewer {
         let settings = Settings::load(storage);
         let mut state = State::new(document, first_camera(), 1.0);
         state.view.caps_frames = !settings.runs_free;
-        // A driver in software needs a second for a large picture.
+        // A driver in software needs a second for a large picture, and would never rest.
         state.view.resolution = options.resolution.unwrap_or(if gpu.is_software() { 0.5 } else { 1.0 });
+        state.view.is_playing = !gpu.is_software();
         if let Some(ev) = options.exposure {
             state.view.exposure = ExposureMode::Fixed(ev);
         }
