@@ -50,11 +50,12 @@ has_another_lamp() { [[ $(grep -c '"type": "point"' "$work/setup.json") = $((lam
 if [[ -z $pictures ]]; then
     "$program" bake assets/scenes/cornell.glb -o "$work/scene.plight" --receivers 3000 --rays 64 --grid 0 --quiet
     cp assets/setups/cornell_lamp.json "$work/setup.json"
-    resolution=0.25
+    resolution=0.25 slow=1
 else
     "$program" demo --scene atrium --backend cpu -o "$work" --quiet
     mv "$work/atrium.plight" "$work/scene.plight"
-    resolution=1
+    mv "$work/atrium.json" "$work/setup.json"
+    resolution=1 slow=20
 fi
 lamps=$(grep -c '"type": "point"' "$work/setup.json" || true)
 cd "$work"
@@ -77,7 +78,7 @@ rests() {
     (($(ticks) - before <= 9))
 }
 # Large pictures take their time.
-pause() { sleep $(($1 * (${#pictures} ? 20 : 1))); }
+pause() { sleep $(($1 * slow)); }
 
 wait_for 300 'the picture stays dark' is_lit
 pause 3
@@ -102,7 +103,7 @@ key ctrl+z
 key ctrl+z
 key ctrl+shift+z
 key ctrl+s
-wait_for 10 'the lamp was not saved' has_another_lamp
+wait_for $((10 * slow)) 'the lamp was not saved' has_another_lamp
 key g
 pause 2
 shot direct
@@ -120,12 +121,12 @@ pause 1
 shot help
 differ clusters help || fail 'there is no help'
 key F1 F12
-wait_for 20 'no picture was saved' test -s probelight-001.png
+wait_for $((20 * slow)) 'no picture was saved' test -s probelight-001.png
 
-wait_for 600 'it never rests' rests
+wait_for $((600 * slow)) 'it never rests' rests
 
 key ctrl+q
-wait_for 20 'it does not quit' bash -c "! kill -0 $viewer 2>/dev/null"
+wait_for $((20 * slow)) 'it does not quit' bash -c "! kill -0 $viewer 2>/dev/null"
 wait "$viewer" || fail "exit code $?: $(cat log)"
 ! grep -i -E 'panic|error' log || fail 'it complained'
 

@@ -41,7 +41,7 @@ pub fn bake(
 }
 
 /// Counts changes of the bake after which finished groups of before must not be used.
-const REVISION: u32 = 6;
+const REVISION: u32 = 7;
 
 /// Tells bakes apart whose finished groups must not be mixed.
 fn fingerprint(ground: &Groundwork) -> u64 {

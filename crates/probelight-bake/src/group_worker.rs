@@ -43,6 +43,10 @@ const SUPPORT_MARGIN: f32 = 1.1;
 /// errors add up.
 const PATCH_ERROR_SHARE: f32 = 0.375;
 
+/// Share of the light that texels may get from surfels which shine independently of each other, as under a torch. The grid, with
+/// more columns to keep for the same bytes, errs by more with it than it gains.
+const UNFORESEEN_SHARE: f32 = 0.25;
+
 /// Expected strength of the coefficients of band l relative to band 0: a prior, not a measurement of the scene
 /// at hand. Radiance with edges falls off about so.
 fn band_strength(l: usize) -> f32 {
@@ -69,7 +73,9 @@ impl<'a> GroupWorker<'a> {
             group.iter().map(|site| View::of(self.ground, &self.light.sources.surfels, *site)).collect();
         let has_scalars = self.ground.plan.has_scalar_signals();
         let patches = match &self.light.ensemble {
-            Some(ensemble) if has_scalars => self.choose_patches(ensemble, &views),
+            Some(ensemble) if has_scalars => {
+                self.choose_patches(ensemble, &views, self.ground.reception(group[0]))
+            }
             _ => PatchChoice::default(),
         };
         let scalars = has_scalars.then(|| self.scalar_signals(group, &patches));
@@ -112,7 +118,7 @@ impl<'a> GroupWorker<'a> {
         }
     }
 
-    fn choose_patches(&self, ensemble: &LightEnsemble, views: &[View]) -> PatchChoice {
+    fn choose_patches(&self, ensemble: &LightEnsemble, views: &[View], reception: Reception) -> PatchChoice {
         let mut seen: Vec<u32> = views.iter().flat_map(View::surfels).map(|(surfel, _)| surfel).collect();
         seen.sort_unstable();
         seen.dedup();
@@ -129,7 +135,11 @@ impl<'a> GroupWorker<'a> {
             })
             .collect();
         let error = PATCH_ERROR_SHARE * self.ground.settings.max_cluster_error;
-        PatchChoice::new(&self.light.sources.surfels, ensemble, &witnesses, &seen, error * error)
+        let unforeseen = match reception {
+            Reception::Irradiance => UNFORESEEN_SHARE,
+            Reception::Basis(_) => 0.0,
+        };
+        PatchChoice::new(&self.light.sources.surfels, ensemble, &witnesses, &seen, error * error, unforeseen)
     }
 
     fn scalar_signals<'b>(&'b self, group: &[u32], patches: &'b PatchChoice) -> ScalarSignals<'b> {

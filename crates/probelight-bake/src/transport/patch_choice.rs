@@ -4,6 +4,9 @@
 //! receivers see and on how much the radiance varies within it; the [light ensemble](crate::light::ensemble)
 //! tells. So a patch is taken whole if that product is negligible against the light that arrives, and divided
 //! otherwise. What is negligible, each part of the cluster judges by its own light, under each lighting.
+//!
+//! The ensemble knows no torch that lights a single surfel, nor a sconce on its wall. So surfels also count as if each shone on
+//! its own: then a patch may be taken whole if the receivers see all of its surfels alike.
 
 use std::collections::{BTreeMap, HashMap};
 use std::f32::consts::PI;
@@ -21,8 +24,27 @@ pub(crate) const WITNESSES: usize = 32;
 /// a thousandth of the light finds its way keeps its own: no patch may reach round the corner.
 const DIM_SHARE: f32 = 1e-6;
 
-/// How much of the light of each patch reaches the witnesses, steradians.
-type Views = [f32; WITNESSES];
+/// How much of the light of a patch reaches the witnesses, steradians.
+#[derive(Clone, Copy, Debug)]
+struct Views {
+    sums: [f32; WITNESSES],
+    /// Sums of the squares of what of each surfel does.
+    squares: [f32; WITNESSES],
+}
+
+impl Views {
+    const NONE: Self = Self { sums: [0.0; WITNESSES], squares: [0.0; WITNESSES] };
+
+    /// Of a surfel.
+    fn of_surfel(sums: [f32; WITNESSES]) -> Self {
+        Self { sums, squares: sums.map(|sum| sum * sum) }
+    }
+
+    fn add(&mut self, part: &Self) {
+        self.sums.iter_mut().zip(part.sums).for_each(|(sum, of_part)| *sum += of_part);
+        self.squares.iter_mut().zip(part.squares).for_each(|(sum, of_part)| *sum += of_part);
+    }
+}
 
 /// The patches that a cluster uses, and where each surfel's light goes.
 #[derive(Clone, Debug, Default)]
@@ -36,16 +58,18 @@ pub(crate) struct PatchChoice {
 impl PatchChoice {
     /// Chooses patches for surfels that receivers see. `witnesses` holds for each part of the cluster the
     /// surfels it sees and how much of their light arrives (steradians); `seen` are all surfels that any
-    /// receiver sees. An error of √`tolerance` of the arriving light is accepted for each patch.
+    /// receiver sees. An error of √`tolerance` of the arriving light is accepted for each patch, of which a share of
+    /// `unforeseen` may come from surfels that shine independently of each other.
     pub(crate) fn new(
         tree: &SurfelTree,
         ensemble: &LightEnsemble,
         witnesses: &[Vec<(u32, f32)>],
         seen: &[u32],
         tolerance: f32,
+        unforeseen: f32,
     ) -> Self {
         let views = views_of_patches(tree, witnesses, seen);
-        let judge = Judge::new(ensemble, witnesses);
+        let judge = Judge::new(ensemble, witnesses, unforeseen);
         let accepted = tolerance * judge.arriving;
         let mut choice = Self::default();
         let mut pending: Vec<u32> =
@@ -112,13 +136,15 @@ struct Judge<'a> {
     is_reached: bool,
     /// Weighted energy of the light that arrives by way of surfels.
     arriving: f32,
+    /// Mean square of the radiance of surfels that shine independently, witness by witness.
+    unforeseen: Vec<f32>,
 }
 
 impl<'a> Judge<'a> {
-    fn new(ensemble: &'a LightEnsemble, witnesses: &[Vec<(u32, f32)>]) -> Self {
+    fn new(ensemble: &'a LightEnsemble, witnesses: &[Vec<(u32, f32)>], unforeseen_share: f32) -> Self {
         let count = ensemble.count;
         let mut weights = Vec::with_capacity(witnesses.len() * count);
-        let mut arriving = 0.0;
+        let (mut arriving, mut unforeseen) = (0.0, Vec::with_capacity(witnesses.len()));
         for witness in witnesses {
             let mut energies = vec![0.0; count];
             for (surfel, weight) in witness {
@@ -130,20 +156,24 @@ impl<'a> Judge<'a> {
             if energies.iter().all(|energy| *energy == 0.0) {
                 // A witness without any light has no say.
                 weights.extend(energies);
+                unforeseen.push(0.0);
                 continue;
             }
             let of_witness = lighting_weights(&energies, ensemble.weights(), DIM_SHARE);
-            arriving += energies.iter().zip(&of_witness).map(|(e, w)| e * w).sum::<f32>();
+            let energy = energies.iter().zip(&of_witness).map(|(e, w)| e * w).sum::<f32>();
+            unforeseen.push(unforeseen_share * energy / sum_of_squares(witness).max(f32::MIN_POSITIVE));
+            arriving += energy;
             weights.extend(of_witness);
         }
         let is_reached = arriving > 0.0;
-        Self { ensemble, weights, is_reached, arriving: if is_reached { arriving } else { PI * PI } }
+        let arriving = if is_reached { arriving } else { PI * PI };
+        Self { ensemble, weights, is_reached, arriving, unforeseen }
     }
 
     /// Weighted energy that taking a patch's mean may change, for the witnesses' views of it.
     fn error(&self, tree: &SurfelTree, patch: u32, view: &Views) -> f32 {
         if !self.is_reached {
-            return view.iter().map(|w| w * w).sum();
+            return view.sums.iter().map(|w| w * w).sum();
         }
         let Some(group) = (patch as usize).checked_sub(tree.surfels.len()) else { return 0.0 };
         let variances: Vec<f32> = self.ensemble.variances(group).collect();
@@ -151,25 +181,44 @@ impl<'a> Judge<'a> {
             view * view
                 * variances.iter().zip(weights).map(|(variance, weight)| variance * weight).sum::<f32>()
         };
-        self.weights.chunks_exact(self.ensemble.count).zip(view).map(of_witness).sum()
+        let foreseen: f32 =
+            self.weights.chunks_exact(self.ensemble.count).zip(&view.sums).map(of_witness).sum();
+        // Of independent surfels that are seen alike, the mean is all that counts.
+        let surfels = tree.surfels_in(patch) as f32;
+        let unevenness =
+            view.squares.iter().zip(view.sums).map(|(squares, sum)| squares - sum * sum / surfels);
+        let unforeseen: f32 =
+            unevenness.zip(&self.unforeseen).map(|(uneven, energy)| uneven.max(0.0) * energy).sum();
+        foreseen + unforeseen
     }
+}
+
+/// Sum of the squares of how much of the light of each surfel arrives, steradians².
+fn sum_of_squares(witness: &[(u32, f32)]) -> f32 {
+    let mut of_surfels = BTreeMap::<u32, f32>::new();
+    for (surfel, weight) in witness {
+        *of_surfels.entry(*surfel).or_default() += weight;
+    }
+    of_surfels.values().map(|weight| weight * weight).sum()
 }
 
 /// The views of all patches that contain a seen surfel.
 fn views_of_patches(tree: &SurfelTree, witnesses: &[Vec<(u32, f32)>], seen: &[u32]) -> HashMap<u32, Views> {
-    let mut pending: BTreeMap<u32, Views> = seen.iter().map(|surfel| (*surfel, [0.0; WITNESSES])).collect();
+    let mut of_surfels: BTreeMap<u32, [f32; WITNESSES]> =
+        seen.iter().map(|surfel| (*surfel, [0.0; WITNESSES])).collect();
     for (w, witness) in witnesses.iter().enumerate() {
         for (surfel, weight) in witness {
-            pending.entry(*surfel).or_insert([0.0; WITNESSES])[w] += weight;
+            of_surfels.entry(*surfel).or_insert([0.0; WITNESSES])[w] += weight;
         }
     }
+    let mut pending: BTreeMap<u32, Views> =
+        of_surfels.into_iter().map(|(surfel, sums)| (surfel, Views::of_surfel(sums))).collect();
     // Children have smaller numbers than their group, so a patch is complete when it is the smallest.
     let mut views = HashMap::new();
     while let Some((patch, view)) = pending.pop_first() {
         let parent = tree.parents[patch as usize];
         if parent != NONE {
-            let sum = pending.entry(parent).or_insert([0.0; WITNESSES]);
-            sum.iter_mut().zip(view).for_each(|(sum, w)| *sum += w);
+            pending.entry(parent).or_insert(Views::NONE).add(&view);
         }
         views.insert(patch, view);
     }
@@ -199,7 +248,7 @@ mod tests {
     fn choose(scene: &SmallScene, tolerance: f32) -> PatchChoice {
         let (witnesses, seen) = views(scene);
         let ensemble = scene.light.ensemble.as_ref().unwrap();
-        PatchChoice::new(&scene.light.sources.surfels, ensemble, &witnesses, &seen, tolerance)
+        PatchChoice::new(&scene.light.sources.surfels, ensemble, &witnesses, &seen, tolerance, 0.25)
     }
 
     #[test]
@@ -220,6 +269,39 @@ mod tests {
         let choice = choose(&scene, f32::INFINITY);
         assert!(!choice.patches.is_empty());
         assert!(choice.patches.iter().all(|patch| tree.parents[*patch as usize] == NONE));
+    }
+
+    /// The surfels of a patch.
+    fn surfels_of(tree: &SurfelTree, patch: u32) -> Vec<u32> {
+        tree.children(patch).map_or(vec![patch], |children| {
+            children.into_iter().flat_map(|child| surfels_of(tree, child)).collect()
+        })
+    }
+
+    #[test]
+    fn patches_that_are_seen_unevenly_err_by_light_that_no_lighting_has() {
+        let scene = SmallScene::load("cornell.glb");
+        let (tree, ensemble) = (&scene.light.sources.surfels, scene.light.ensemble.as_ref().unwrap());
+        let patch = tree.surfels.len() as u32;
+        let surfels = surfels_of(tree, patch);
+        let count = surfels.len() as f32;
+        assert!(count >= 2.0 && count == tree.surfels_in(patch) as f32);
+        let error = |weight: &dyn Fn(usize) -> f32| {
+            let witness: Vec<(u32, f32)> =
+                surfels.iter().enumerate().map(|(i, surfel)| (*surfel, weight(i))).collect();
+            let views = views_of_patches(tree, std::slice::from_ref(&witness), &surfels);
+            let judge = Judge::new(ensemble, &[witness], 0.3);
+            (judge.error(tree, patch, &views[&patch]), judge.arriving)
+        };
+        let (even, _) = error(&|_| 0.01);
+        let (uneven, arriving) = error(&|i| if i == 0 { 0.01 * count } else { 0.0 });
+        // All that is seen is one surfel: its share of the light is as unforeseen as that of all.
+        let expected = 0.3 * arriving * (1.0 - 1.0 / count);
+        assert!(even < 0.2 * expected, "{even}");
+        assert!(
+            uneven > expected && uneven < expected + 1.5 * even.max(0.1 * expected),
+            "{uneven}, {expected}"
+        );
     }
 
     #[test]
