@@ -286,22 +286,22 @@ mod tests {
         let surfels = surfels_of(tree, patch);
         let count = surfels.len() as f32;
         assert!(count >= 2.0 && count == tree.surfels_in(patch) as f32);
-        let error = |weight: &dyn Fn(usize) -> f32| {
+        let share = 0.3;
+        // How much a share of unforeseen light adds to the patch's error, in shares of what arrives.
+        let added = |weight: &dyn Fn(usize) -> f32| {
             let witness: Vec<(u32, f32)> =
                 surfels.iter().enumerate().map(|(i, surfel)| (*surfel, weight(i))).collect();
             let views = views_of_patches(tree, std::slice::from_ref(&witness), &surfels);
-            let judge = Judge::new(ensemble, &[witness], 0.3);
-            (judge.error(tree, patch, &views[&patch]), judge.arriving)
+            let [with, without] = [share, 0.0].map(|share| {
+                let judge = Judge::new(ensemble, std::slice::from_ref(&witness), share);
+                judge.error(tree, patch, &views[&patch]) / judge.arriving
+            });
+            with - without
         };
-        let (even, _) = error(&|_| 0.01);
-        let (uneven, arriving) = error(&|i| if i == 0 { 0.01 * count } else { 0.0 });
-        // All that is seen is one surfel: its share of the light is as unforeseen as that of all.
-        let expected = 0.3 * arriving * (1.0 - 1.0 / count);
-        assert!(even < 0.2 * expected, "{even}");
-        assert!(
-            uneven > expected && uneven < expected + 1.5 * even.max(0.1 * expected),
-            "{uneven}, {expected}"
-        );
+        assert!(added(&|_| 0.01).abs() < 1e-4, "all are seen alike: {}", added(&|_| 0.01));
+        // Where one of them is all that is seen, none of its own light is in the mean of the others.
+        let alone = added(&|i| if i == 0 { 0.01 } else { 0.0 });
+        assert!((alone / (share * (1.0 - 1.0 / count)) - 1.0).abs() < 1e-3, "{alone}");
     }
 
     #[test]
