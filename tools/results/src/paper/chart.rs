@@ -22,7 +22,7 @@ impl Series {
         Self { name: name.into(), points, is_dotted: false }
     }
 
-    /// The same with open marks and no lines: what is less certain.
+    /// The same with open marks, no lines and the colour of the series before: what is less certain.
     pub(crate) fn dotted(self) -> Self {
         Self { is_dotted: true, ..self }
     }
@@ -34,6 +34,8 @@ pub(crate) struct Panel<'a> {
     pub(crate) x: &'a str,
     pub(crate) y: &'a str,
     pub(crate) series: Vec<Series>,
+    /// Where there is room for the names.
+    pub(crate) legend: SeriesLabelPosition,
 }
 
 /// Colours that are told apart with any kind of sight (Okabe and Ito 2008).
@@ -80,7 +82,13 @@ fn draw_panel(panel: &Panel<'_>, area: &DrawingArea<SVGBackend<'_>, Shift>) -> a
         .label_style((FONT, 13))
         .axis_desc_style((FONT, 14))
         .draw()?;
-    for (series, color) in panel.series.iter().zip(COLORS.iter().cycle()) {
+    let mut colors = COLORS.iter().cycle();
+    let mut color = &BLACK;
+    for series in &panel.series {
+        // Open marks belong to the series before.
+        if !series.is_dotted {
+            color = colors.next().unwrap_or(&BLACK);
+        }
         let style = ShapeStyle { color: color.to_rgba(), filled: !series.is_dotted, stroke_width: 2 };
         if !series.is_dotted {
             chart.draw_series(LineSeries::new(series.points.iter().copied(), style))?;
@@ -90,7 +98,7 @@ fn draw_panel(panel: &Panel<'_>, area: &DrawingArea<SVGBackend<'_>, Shift>) -> a
     }
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperMiddle)
+        .position(panel.legend.clone())
         .background_style(WHITE.mix(0.8))
         .label_font((FONT, 13))
         .draw()?;
@@ -142,7 +150,8 @@ mod tests {
         let path = folder.path().join("chart.svg");
         let series =
             vec![Series::new("ours", vec![(1.0, 2.0), (0.9, 3.0)]), Series::new("none", vec![]).dotted()];
-        draw(&[Panel { x: "across", y: "up", series }], &path).unwrap();
+        draw(&[Panel { x: "across", y: "up", series, legend: SeriesLabelPosition::UpperLeft }], &path)
+            .unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(["ours", "across", "up", "<svg"].iter().all(|word| text.contains(word)), "{text}");
     }

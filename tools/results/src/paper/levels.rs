@@ -93,7 +93,7 @@ fn with_degrees(workshop: &Workshop, name: &str, options: &str) -> anyhow::Resul
         setup: &workshop.setup("cornell_spot")?,
         camera: "front",
         levels: &levels?,
-        flags: "--light still --frames 8 --size 200x200",
+        flags: "--light still --frames 8 --size 188x188",
     }
     .run(workshop)
 }
@@ -127,7 +127,7 @@ fn published(workshop: &Workshop, name: &str, camera: &str, shares: &[f32]) -> a
         setup: &workshop.setup("atrium_sunsky")?,
         camera,
         levels: &levels,
-        flags: "--frames 12 --dolly 2 --turn 20 --size 248x186",
+        flags: "--frames 12 --dolly 2 --turn 20 --size 240x180",
     }
     .run(workshop)
 }

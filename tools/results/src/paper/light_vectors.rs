@@ -9,7 +9,7 @@ use probelight_render::{DisplayImage, ToneMap};
 use serde_json::Value;
 
 use super::Values;
-use super::setups::{Camera, Lights, Object, setup};
+use super::setups::{self, Camera, Lights, Object};
 use super::sheets;
 use super::strokes::{arrow, line, seen};
 use super::workshop::{Shot, Workshop, number, shown};
@@ -18,10 +18,10 @@ use super::workshop::{Shot, Workshop, number, shown};
 const OPTIONS: &str = "--grid-spacing 0.935 --grid-basis axes6 --grid-lobe angle";
 
 const CAMERA: Camera =
-    Camera { position: [2.5, 2.9, -2.6], target: [3.75, 1.6, 2.0], vfov_deg: 34.0, size: [560, 420] };
+    Camera { position: [2.75, 2.35, -0.7], target: [4.12, 1.4, 2.33], vfov_deg: 36.0, size: [512, 400] };
 
 /// The ball: the middle of its lowest point, and its size; its file's has a radius of 0.3 m.
-const BALL: Object<'_> = Object { name: "ball", position: [3.95, 0.85, 2.15], scale: 2.2, yaw_deg: 0.0 };
+const BALL: Object<'_> = Object { name: "ball", position: [4.28, 0.69, 2.65], scale: 1.4, yaw_deg: 0.0 };
 
 /// Towards the fragment from the ball's middle.
 const NORMAL: Vec3 = Vec3::new(-0.25, 0.62, -0.74);
@@ -43,7 +43,7 @@ const EXPOSURE: f32 = 1.2;
 /// Makes figure 4.
 pub(crate) fn draw(workshop: &Workshop) -> anyhow::Result<Values> {
     let file = workshop.bake("cornell_empty", OPTIONS)?;
-    let text = setup(&Lights::Emitters, &CAMERA, &[workshop.placed(&BALL)?]);
+    let text = setups::setup(&Lights::Emitters, &CAMERA, &[workshop.placed(&BALL)?]);
     let setup = workshop.draft("figure-4.json", &text)?;
     let flags = "--backend cpu --samples 64";
     let shot = Shot { name: "figure-4".into(), file: &file, setup: &setup, flags };
@@ -52,12 +52,14 @@ pub(crate) fn draw(workshop: &Workshop) -> anyhow::Result<Values> {
     let fragment = fragment();
     let mut places = corners(&grid, fragment)?;
     places.push(fragment);
-    let light = irradiance(workshop, &file, &setup, &places)?;
+    // Without the ball: what it hides of the light around it does not count on its own surface.
+    let alone = workshop.draft("figure-4-alone.json", &setups::setup(&Lights::Emitters, &CAMERA, &[]))?;
+    let light = irradiance(workshop, &file, &alone, &places)?;
     let longest = light.iter().flatten().copied().fold(0.0, f32::max);
     ensure!(longest > 0.0, "no light arrives at the vertices of figure 4");
     let spacing = number(&grid, "/spacing/0")? as f32;
     arrows(&mut picture, &places, &light, LONGEST * spacing / longest);
-    let caption = "green: measured at vertices; blue: between them; red: normal; yellow: light vector";
+    let caption = "green: measured; blue: between the vertices; red: normal; yellow: light vector";
     sheets::write(
         &sheets::sheet(&[caption], vec![(String::new(), vec![picture])]),
         &workshop.image("figure-4.png"),
@@ -99,45 +101,37 @@ fn irradiance(
     workshop.run("figure-4_irradiance", &arguments.map(String::from), Some(&predictions))?;
     let text = std::fs::read_to_string(&predictions).with_context(|| format!("cannot read {out}"))?;
     let rows = luminances(&text).with_context(|| format!("{out} holds no predictions"))?;
-    ensure!(rows.len() == AXES.len() * places.len(), "{out} does not answer for each point");
-    Ok(rows.as_chunks().0.to_vec())
+    ensure!(rows.len() == AXES.len() * places.len() + 1, "{out} does not answer for each point");
+    Ok(rows[1..].as_chunks().0.to_vec())
 }
 
-/// Points in free space, each with the six axes as normals, as `eval` reads them; there is no reference.
+/// What a table of reference points has behind positions and normals, three columns each.
+const COLORS: [&str; 9] =
+    ["albedo", "E_delta", "E_area", "E_sky", "E_direct", "E_indirect", "se_area", "se_sky", "se_indirect"];
+
+/// A point of the floor, without which `eval` has nothing to compare.
+const FLOOR: Vec3 = Vec3::new(2.78, 0.0, 2.8);
+
+/// A point of the floor, then points in free space, each with the six axes as normals, as `eval` reads them; there is no
+/// reference.
 fn table(places: &[Vec3]) -> anyhow::Result<String> {
     let mut text = String::from("kind");
     for name in ["position", "normal"] {
         write!(text, ",{name}_x,{name}_y,{name}_z")?;
     }
-    let lights = [
-        "albedo",
-        "E_delta",
-        "E_area",
-        "E_sky",
-        "E_direct",
-        "E_indirect",
-        "se_area",
-        "se_sky",
-        "se_indirect",
-    ];
-    for name in lights {
+    for name in COLORS {
         write!(text, ",{name}_r,{name}_g,{name}_b")?;
     }
-    writeln!(text)?;
-    for place in places {
-        for axis in AXES {
-            let [x, y, z] = place.to_array();
-            writeln!(
-                text,
-                "1,{x},{y},{z},{},{},{}{}",
-                axis.x,
-                axis.y,
-                axis.z,
-                ",1".repeat(3 * lights.len())
-            )?;
+    let floor = std::iter::once((0, FLOOR, Vec3::Y));
+    let in_air = places.iter().flat_map(|place| AXES.map(|axis| (1, *place, axis)));
+    for (kind, position, normal) in floor.chain(in_air) {
+        write!(text, "\n{kind}")?;
+        for number in [position, normal].iter().flat_map(|vector| vector.to_array()) {
+            write!(text, ",{number}")?;
         }
+        text += &",1".repeat(3 * COLORS.len());
     }
-    Ok(text)
+    Ok(text + "\n")
 }
 
 /// The luminance of each row of predictions; dark where there is no answer.
@@ -201,7 +195,7 @@ mod tests {
         assert_eq!(luminances("E_r\n1\n"), None);
         let table = table(&[Vec3::ONE]).unwrap();
         let columns: Vec<usize> = table.lines().map(|line| line.split(',').count()).collect();
-        assert_eq!(columns, [34; 7]);
+        assert_eq!(columns, [34; 8]);
     }
 
     #[test]

@@ -11,9 +11,13 @@ use super::workshop::{Shot, Workshop, shown};
 /// The scene: a room with a red and a green wall.
 const ROOM: &str = "cornell_empty";
 
-/// Where the objects of figure 11 stand, metres from the green wall, and what that is called.
-const PLACES: [(f32, &str); 3] =
-    [(4.45, "beside the red wall"), (2.78, "in the middle"), (1.35, "beside the green wall")];
+/// Where the middle between the objects of figure 11 is along x, how far the bottle is from it, and what that is called.
+/// The green wall is at 0, the red one at 5.5 m.
+const PLACES: [(f32, f32, &str); 3] = [
+    (4.45, 0.55, "beside the red wall"),
+    (2.78, 0.55, "in the middle"),
+    (1.15, -0.55, "beside the green wall"),
+];
 
 /// Exposures, as powers of two, of figures 11 and 12.
 const EXPOSURES: [f32; 2] = [2.7, 1.3];
@@ -26,20 +30,20 @@ pub(crate) fn bleeding(workshop: &Workshop) -> anyhow::Result<Values> {
         ("--shading diffuse", "the same light, diffuse, by the vertices' normals"),
     ] {
         let pictures: anyhow::Result<Vec<DisplayImage>> =
-            PLACES.iter().map(|(x, _)| beside_walls(workshop, *x, flags)).collect();
+            PLACES.iter().map(|(x, bottle, _)| beside_walls(workshop, [*x, *bottle], flags)).collect();
         rows.push((caption.to_owned(), pictures?));
     }
-    let sheet = sheets::sheet(&PLACES.map(|(_, name)| name), rows);
+    let sheet = sheets::sheet(&PLACES.map(|(.., name)| name), rows);
     sheets::write(&sheet, &workshop.image("figure-11.png"))?;
     Ok(Values::new())
 }
 
-fn beside_walls(workshop: &Workshop, x: f32, flags: &str) -> anyhow::Result<DisplayImage> {
+fn beside_walls(workshop: &Workshop, [x, bottle]: [f32; 2], flags: &str) -> anyhow::Result<DisplayImage> {
     let camera =
-        Camera { position: [x, 1.35, -2.4], target: [x, 1.05, 1.6], vfov_deg: 38.0, size: [248, 248] };
+        Camera { position: [x, 1.35, -2.4], target: [x, 1.05, 1.6], vfov_deg: 38.0, size: [240, 240] };
     let objects = [
-        Object { name: "water_bottle", position: [x + 0.55, 1.05, 1.6], scale: 8.0, yaw_deg: 180.0 },
-        Object { name: "ball", position: [x - 0.6, 0.0, 1.3], scale: 2.0, yaw_deg: 0.0 },
+        Object { name: "water_bottle", position: [x + bottle, 1.05, 1.6], scale: 8.0, yaw_deg: 180.0 },
+        Object { name: "ball", position: [x - 1.1 * bottle, 0.0, 1.3], scale: 2.0, yaw_deg: 0.0 },
     ];
     let objects: anyhow::Result<Vec<_>> = objects.iter().map(|object| workshop.placed(object)).collect();
     let name = format!("figure-11_{x}_{}", flags.trim_start_matches("--shading "));

@@ -1,5 +1,6 @@
 //! Figures 17 and 18: what levels of detail save.
 
+use plotters::prelude::SeriesLabelPosition;
 use serde_json::Value;
 
 use super::Values;
@@ -35,8 +36,18 @@ pub(crate) fn against_similarity(workshop: &Workshop) -> anyhow::Result<Values> 
     }
     savings.push(Series::new("[SED], fastest, time", vec![FASTEST_PUBLISHED]));
     let panels = [
-        Panel { x: "SSIM to no levels of detail", y: "MB of matrices a frame", series: bytes },
-        Panel { x: "SSIM to no levels of detail", y: "times fewer bytes; times faster", series: savings },
+        Panel {
+            x: "SSIM to no levels of detail",
+            y: "MB of matrices a frame",
+            series: bytes,
+            legend: SeriesLabelPosition::LowerLeft,
+        },
+        Panel {
+            x: "SSIM to no levels of detail",
+            y: "times fewer bytes; times faster (open)",
+            series: savings,
+            legend: SeriesLabelPosition::UpperLeft,
+        },
     ];
     draw(&panels, &workshop.image("figure-17.svg"))?;
     Ok(Values::from([("table speed".into(), format!("\n\n{}\n\n", table.markdown().trim_end()))]))
@@ -77,8 +88,18 @@ pub(crate) fn against_receivers(workshop: &Workshop) -> anyhow::Result<Values> {
         savings.push(series(&format!("{name}, time"), rows, "/receivers_all", time)?.dotted());
     }
     let panels = [
-        Panel { x: "receivers", y: "MB of matrices a frame", series: bytes },
-        Panel { x: "receivers", y: "times fewer bytes; times faster", series: savings },
+        Panel {
+            x: "receivers",
+            y: "MB of matrices a frame",
+            series: bytes,
+            legend: SeriesLabelPosition::UpperLeft,
+        },
+        Panel {
+            x: "receivers",
+            y: "times fewer bytes; times faster (open)",
+            series: savings,
+            legend: SeriesLabelPosition::LowerRight,
+        },
     ];
     draw(&panels, &workshop.image("figure-18.svg"))?;
     Ok(Values::from([("table receivers".into(), format!("\n\n{}\n\n", table.markdown().trim_end()))]))
