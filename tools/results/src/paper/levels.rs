@@ -127,7 +127,7 @@ fn published(workshop: &Workshop, name: &str, camera: &str, shares: &[f32]) -> a
         setup: &workshop.setup("atrium_sunsky")?,
         camera,
         levels: &levels,
-        flags: "--frames 12 --dolly 2 --turn 20 --size 240x180",
+        flags: "--frames 12 --dolly 2 --turn 20 --size 216x162",
     }
     .run(workshop)
 }
