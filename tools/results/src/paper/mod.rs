@@ -29,6 +29,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use anyhow::ensure;
 use clap::{Args, ValueEnum};
 
 use crate::measure::machine;
@@ -100,6 +101,11 @@ enum Figure {
 type Values = BTreeMap<String, String>;
 
 impl Figure {
+    /// As the command line has it.
+    fn name(self) -> String {
+        self.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
+    }
+
     fn make(self, workshop: &Workshop) -> anyhow::Result<Values> {
         match self {
             Self::Degrees => levels::degrees(workshop),
@@ -117,19 +123,29 @@ impl Figure {
     }
 }
 
-/// Makes the figures that are asked for, and the page.
+/// Makes the figures that are asked for, and the page. One that fails does not stop the others.
 pub(crate) fn run(flags: &Flags, root: &Path) -> anyhow::Result<()> {
     let program = Program::new(flags.probelight.clone(), root)?;
     let objects = root.join("assets/objects");
     let workshop = Workshop::new(program, [&flags.scenes, &objects], &flags.truth, &flags.out)?;
     let figures = if flags.only.is_empty() { Figure::value_variants() } else { &flags.only };
+    let mut failed = Vec::new();
     for figure in figures {
-        let name = figure.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned());
-        note(&format!("figure {name}"))?;
-        let mut values = figure.make(&workshop)?;
-        values.insert("machine".into(), machine());
-        page::fill(&root.join("docs"), &flags.out, values)?;
+        note(&format!("figure {}", figure.name()))?;
+        let made = figure.make(&workshop).and_then(|mut values| {
+            values.insert("machine".into(), machine());
+            page::fill(&root.join("docs"), &flags.out, values)
+        });
+        if let Err(error) = made {
+            note(&format!("warning: figure {} is left out: {error:#}", figure.name()))?;
+            failed.push(figure.name());
+        }
     }
+    ensure!(
+        failed.is_empty(),
+        "these figures were not made: {}; the same command tries them again",
+        failed.join(", ")
+    );
     if flags.publish {
         page::publish(&flags.out, &root.join("docs"))?;
     }

@@ -10,12 +10,20 @@ use crate::documents::filled_by;
 
 const PAGE: &str = "paper-figures.md";
 
-/// Fills values into the page in `out`, which begins as that of the documents.
+/// What was measured so far, in the folder of the figures.
+const VALUES: &str = "work/values.json";
+
+/// Writes the documents' page into `out`, with the values and those of earlier runs filled in.
 pub(crate) fn fill(docs: &Path, out: &Path, values: Values) -> anyhow::Result<()> {
-    let page = out.join(PAGE);
-    let begun = if page.exists() { page.clone() } else { docs.join(PAGE) };
-    let text = std::fs::read_to_string(&begun).with_context(|| format!("cannot read {}", begun.display()))?;
-    write_whole(&page, filled(&text, &values)?.as_bytes())
+    let (kept, page) = (out.join(VALUES), docs.join(PAGE));
+    let mut all: Values = match std::fs::read_to_string(&kept) {
+        Ok(text) => serde_json::from_str(&text).with_context(|| format!("{} is broken", kept.display()))?,
+        Err(_) => Values::new(),
+    };
+    all.extend(values);
+    write_whole(&kept, serde_json::to_string_pretty(&all)?.as_bytes())?;
+    let text = std::fs::read_to_string(&page).with_context(|| format!("cannot read {}", page.display()))?;
+    write_whole(&out.join(PAGE), filled(&text, &all)?.as_bytes())
 }
 
 /// The text with the values in the places of their marks; other marks keep what they have.
@@ -54,16 +62,22 @@ mod tests {
     }
 
     #[test]
-    fn the_page_is_begun_from_the_documents_and_published_whole() {
+    fn the_page_has_what_was_measured_now_and_before() {
         let folder = tempfile::tempdir().unwrap();
         let (docs, out) = (folder.path().join("docs"), folder.path().join("out"));
         std::fs::create_dir(&docs).unwrap();
-        std::fs::create_dir_all(out.join("images/paper")).unwrap();
-        std::fs::write(docs.join(PAGE), "a <!-- figure a -->1<!-- /figure -->").unwrap();
+        for part in ["images/paper", "work"] {
+            std::fs::create_dir_all(out.join(part)).unwrap();
+        }
+        let text = "a <!-- figure a -->1<!-- /figure --> <!-- figure b -->1<!-- /figure -->";
+        std::fs::write(docs.join(PAGE), text).unwrap();
         std::fs::write(out.join("images/paper/x.png"), "x").unwrap();
-        fill(&docs, &out, Values::from([("a".into(), "2".into())])).unwrap();
+        for (name, value) in [("a", "2"), ("b", "3")] {
+            fill(&docs, &out, Values::from([(name.into(), value.into())])).unwrap();
+        }
         publish(&out, &docs).unwrap();
-        assert!(std::fs::read_to_string(docs.join(PAGE)).unwrap().contains("-->2<"));
+        let page = std::fs::read_to_string(docs.join(PAGE)).unwrap();
+        assert!(page.contains("-->2<") && page.contains("-->3<"), "{page}");
         assert!(docs.join("images/paper/x.png").exists());
     }
 }

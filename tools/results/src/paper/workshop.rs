@@ -131,16 +131,22 @@ impl Workshop {
         Ok(report)
     }
 
-    /// The arguments, each with the text of the draft that it names.
+    /// The arguments, each with what the file among those that are kept holds that it names.
     fn inputs(&self, arguments: &[String]) -> anyhow::Result<Vec<String>> {
-        let with_text = |argument: &String| {
+        let with_content = |argument: &String| {
             let path = Path::new(argument);
-            let is_draft = path.starts_with(&self.work)
-                && path.extension().is_some_and(|extension| extension == "json" || extension == "csv");
-            let text = if is_draft && path.exists() { std::fs::read_to_string(path)? } else { String::new() };
-            Ok(argument.clone() + &text)
+            let is_kept = path.starts_with(&self.work) && path.exists();
+            let content = match path.extension().and_then(|extension| extension.to_str()) {
+                Some("json" | "csv") if is_kept => std::fs::read_to_string(path)?,
+                // A bake's own output is no input: the other arguments say all.
+                Some("plight") if is_kept && arguments.first().is_none_or(|command| command != "bake") => {
+                    format!("{:?}", path.metadata()?.modified()?)
+                }
+                _ => String::new(),
+            };
+            Ok(argument.clone() + &content)
         };
-        arguments.iter().map(with_text).collect()
+        arguments.iter().map(with_content).collect()
     }
 }
 
@@ -175,4 +181,54 @@ pub(crate) fn number(report: &Value, pointer: &str) -> anyhow::Result<f64> {
         .pointer(pointer)
         .and_then(Value::as_f64)
         .with_context(|| format!("the program reports no {pointer}"))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::PermissionsExt;
+
+    /// A workshop whose program counts its runs in a file and writes its last argument.
+    fn workshop(folder: &Path) -> Workshop {
+        let program = folder.join("program.sh");
+        let script = format!("#!/bin/sh\necho run >> {}/runs\n: > \"$4\"\necho '{{}}'\n", folder.display());
+        std::fs::write(&program, script).unwrap();
+        std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+        std::fs::write(folder.join("room.glb"), "").unwrap();
+        let program = Program::new(Some(program), folder).unwrap();
+        Workshop::new(program, [folder, folder], folder, &folder.join("out")).unwrap()
+    }
+
+    #[test]
+    fn what_was_made_of_the_same_is_not_made_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let workshop = workshop(folder.path());
+        let runs = || std::fs::read_to_string(folder.path().join("runs")).unwrap().lines().count();
+        let bake = || workshop.bake("room", "").unwrap();
+        let (file, again) = (bake(), bake());
+        assert_eq!((file == again, runs()), (true, 1));
+        workshop.bake("room", "--grid 0").unwrap();
+        assert_eq!(runs(), 2);
+        std::fs::remove_file(&file).unwrap();
+        bake();
+        assert_eq!(runs(), 3);
+        let look = |text| {
+            let setup = workshop.draft("setup.json", text).unwrap();
+            workshop
+                .run("look", &["eval", "x", "y", "/dev/null", &shown(&setup)].map(String::from), None)
+                .unwrap();
+        };
+        ["{}", "{}", "{ }"].map(look);
+        assert_eq!(runs(), 5);
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let workshop = workshop(folder.path());
+        let message = |error: anyhow::Error| format!("{error:#}");
+        assert!(message(workshop.scene("hall").unwrap_err()).contains("hall.glb does not exist"));
+        assert!(message(workshop.setup("hall_area").unwrap_err()).contains("hall_area.json"));
+        assert!(message(number(&json!({ "a": "b" }), "/a").unwrap_err()).contains("reports no /a"));
+    }
 }
