@@ -212,13 +212,13 @@ mod tests {
         std::fs::remove_file(&file).unwrap();
         bake();
         assert_eq!(runs(), 3);
-        let look = |text| {
+        let look = |text: &str| {
             let setup = workshop.draft("setup.json", text).unwrap();
             workshop
                 .run("look", &["eval", "x", "y", "/dev/null", &shown(&setup)].map(String::from), None)
                 .unwrap();
         };
-        ["{}", "{}", "{ }"].map(look);
+        ["{}", "{}", "{ }"].iter().for_each(|text| look(text));
         assert_eq!(runs(), 5);
     }
 
