@@ -79,14 +79,15 @@ pub(crate) fn against_receivers(workshop: &Workshop) -> anyhow::Result<Values> {
         }
     }
     let all = |row: &Value| Ok(1e-6 * number(row, "/bytes_all")?);
-    let mut bytes = vec![series("no levels of detail", &of_levels[0], "/receivers_all", all)?];
-    let mut savings = Vec::new();
+    let [mut bytes, mut savings] = [const { Vec::new() }; 2];
     for (name, rows) in ["published levels", "low"].into_iter().zip(&of_levels) {
         bytes.push(series(name, rows, "/receivers_all", |row| Ok(1e-6 * number(row, "/bytes")?))?);
         savings.push(series(name, rows, "/receivers_all", fewer_bytes)?);
         let time = |row: &Value| number(row, "/speedup");
         savings.push(series(&format!("{name}, time"), rows, "/receivers_all", time)?.dotted());
     }
+    // Last, so that the others have the same colours in both charts.
+    bytes.push(series("no levels of detail", &of_levels[0], "/receivers_all", all)?);
     let panels = [
         Panel {
             x: "receivers",
@@ -98,7 +99,7 @@ pub(crate) fn against_receivers(workshop: &Workshop) -> anyhow::Result<Values> {
             x: "receivers",
             y: "times fewer bytes; times faster (open)",
             series: savings,
-            legend: SeriesLabelPosition::LowerRight,
+            legend: SeriesLabelPosition::UpperRight,
         },
     ];
     draw(&panels, &workshop.image("figure-18.svg"))?;
