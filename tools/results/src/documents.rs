@@ -45,13 +45,21 @@ pub(crate) fn read_all(root: &Path, figures: &Figures) -> anyhow::Result<Vec<Doc
 
 /// The text with all marked figures as they should be.
 fn filled(text: &str, figures: &Figures) -> anyhow::Result<String> {
+    filled_by(text, |name, _| lookup::value(figures, name))
+}
+
+/// The text with all marked figures as `value` has them, given their names and what the text says now.
+pub(crate) fn filled_by(
+    text: &str,
+    value: impl Fn(&str, &str) -> anyhow::Result<String>,
+) -> anyhow::Result<String> {
     let mut result = String::new();
     let mut rest = text;
     while let Some((before, marked)) = rest.split_once(OPENING) {
         let (name, marked) = marked.split_once(OPENING_END).context("a figure's name does not end")?;
-        let (_, after) =
+        let (is, after) =
             marked.split_once(CLOSING).with_context(|| format!("the figure {name} does not end"))?;
-        let value = lookup::value(figures, name).with_context(|| format!("the figure {name}"))?;
+        let value = value(name, is).with_context(|| format!("the figure {name}"))?;
         let is_table = value.contains('\n');
         // In Markdown a line that begins with a comment is no text.
         let begins_line = before.is_empty() || before.ends_with('\n');

@@ -2,13 +2,14 @@
 //!
 //! `measure` bakes scenes, holds them against reference points and times their frames; it writes one JSON file.
 //! `write` puts such figures into `docs/results.json` and from there into the documents. `compare` shows two
-//! measurements side by side. A test fails while the documents say anything else than `docs/results.json`.
+//! measurements side by side. `paper` makes the published figures again. A test fails while the documents say anything else than `docs/results.json`.
 
 mod compare;
 mod documents;
 mod figures;
 mod lookup;
 mod measure;
+mod paper;
 mod program;
 mod tables;
 mod truth;
@@ -32,6 +33,8 @@ Examples (after `cargo run --release -p results --`):
   compare docs/results.json out/after.json                                  before and after, as Markdown
   write --from out/after.json                                               new figures, and the documents with them
   write                                                                     the documents, after an edit
+  paper -o out/paper --scenes SCENES --truth TRUTH                          the published figures, and their page
+  paper -o out/paper --scenes SCENES --truth TRUTH 14 bases --publish       some of them, into docs/
 
 TRUTH holds setups/NAME.json and points/NAME.csv: tables as `probelight reference --points` writes them.
 Baked files are kept in the folder out/after/ beside out/after.json. An interrupted measurement goes on where it was, and
@@ -55,6 +58,8 @@ enum Command {
         #[arg(long, value_name = "FIGURES.json")]
         from: Option<PathBuf>,
     },
+    /// Make the figures of [SED] again, with this project's scenes
+    Paper(paper::Flags),
     /// Show two measurements side by side
     Compare {
         /// Figures to compare with
@@ -77,6 +82,7 @@ fn run(command: Command) -> anyhow::Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize()?;
     match command {
         Command::Measure(flags) => measure::run(&flags, &root),
+        Command::Paper(flags) => paper::run(&flags, &root),
         Command::Write { from } => write(&root, from.as_deref()),
         Command::Compare { before, after } => {
             let comparison = compare::comparison(&Figures::read(&before)?, &Figures::read(&after)?);

@@ -269,7 +269,7 @@ fn scaling_of(report: &Value) -> Option<Scaling> {
 }
 
 /// What measures: the processor and how many threads it runs.
-fn machine() -> String {
+pub(crate) fn machine() -> String {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let model = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("model name"))?;

@@ -38,7 +38,7 @@ impl Program {
         Ok(Self { path: here.with_file_name(format!("probelight{}", std::env::consts::EXE_SUFFIX)) })
     }
 
-    /// Runs a command that prints one JSON object.
+    /// Runs a command that prints one JSON object, or nothing, as `render --animate` does.
     pub(crate) fn run(&self, arguments: &[&str]) -> anyhow::Result<Run> {
         let shown = || format!("{} {}", self.path.display(), arguments.join(" "));
         let mut child = Command::new(&self.path)
@@ -49,7 +49,8 @@ impl Program {
             .with_context(|| format!("cannot run {}", shown()))?;
         let (output, status, peak_mib) = watch(&mut child).with_context(shown)?;
         ensure!(status.success(), "{} failed ({status})", shown());
-        let report = serde_json::from_str(&output).with_context(|| format!("{} printed no JSON", shown()))?;
+        let output = if output.trim().is_empty() { "null" } else { &output };
+        let report = serde_json::from_str(output).with_context(|| format!("{} printed no JSON", shown()))?;
         Ok(Run { report, peak_mib })
     }
 }
@@ -92,6 +93,7 @@ mod tests {
 
     #[test]
     fn reports_are_read() {
+        assert_eq!(run("true").unwrap().report, Value::Null);
         let run = run("sleep 0.1; echo '{\"a\": 1}'").unwrap();
         assert_eq!(run.report["a"], 1);
         assert!(!cfg!(target_os = "linux") || run.peak_mib.is_some_and(|mib| mib > 0.1 && mib < 1000.0));
