@@ -45,6 +45,16 @@ pub enum GridLobe {
     Cosine,
 }
 
+/// How irradiance is read from directions that weigh light by the cosine: of a row with the unit direction d, the share
+/// `shares[row] · (a + b t + c t²)` counts, t being the cosine between d and the surface's normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CosineReading {
+    /// a, b and c.
+    pub polynomial: [f32; 3],
+    /// One for each row.
+    pub shares: [f32; MAX_GRID_ROWS],
+}
+
 /// ∫ (1 − θ / (π/2)) dω over the hemisphere: 2π − 4.
 const ANGLE_LOBE: f32 = 2.0 * PI - 4.0;
 
@@ -86,27 +96,48 @@ impl GridBasis {
         values
     }
 
-    /// How much each row counts for the irradiance of a surface with a unit normal.
+    /// How directions that weigh light by the cosine are read; `None` for other bases.
     ///
     /// Six axes are read by `Σ n² S + n D`, S and D being half the sum and half the difference of opposite ones: exact for
-    /// any light's odd part. With \[SED\]'s lobe, and with more directions, those before the surface count by `max(0, n·d)`.
+    /// any light's odd part. More directions are the points of a quadrature of the sphere (McLaren 1963, Lebedev 1975),
+    /// which projects what they hold onto bands 0 to 2: the reproducing kernel of these is 1 + 3 t + 5 P₂(t).
+    pub fn cosine_reading(self) -> Option<CosineReading> {
+        let (axis, corner, edge) = match (self.kind, self.lobe) {
+            (GridBasisKind::Sh2, _) | (_, GridLobe::Angle) => return None,
+            (GridBasisKind::Axes6, GridLobe::Cosine) => {
+                return Some(CosineReading { polynomial: [0.0, 0.5, 0.5], shares: [1.0; MAX_GRID_ROWS] });
+            }
+            (GridBasisKind::Axes14, GridLobe::Cosine) => (1.0 / 15.0, 3.0 / 40.0, 0.0),
+            (GridBasisKind::Axes26, GridLobe::Cosine) => (1.0 / 21.0, 9.0 / 280.0, 4.0 / 105.0),
+        };
+        let shares = std::array::from_fn(|row| match row {
+            0..6 => axis,
+            6..14 => corner,
+            _ => edge,
+        });
+        Some(CosineReading { polynomial: [-1.5, 3.0, 7.5], shares })
+    }
+
+    /// How much each row counts for the irradiance of a surface with a unit normal.
+    ///
+    /// With \[SED\]'s lobe, directions before the surface count by `max(0, n·d)`, those that weigh by the cosine as
+    /// [`cosine_reading`](Self::cosine_reading) has it.
     pub fn read_weights(self, normal: Vec3) -> [f32; MAX_GRID_ROWS] {
         let mut values = [0.0; MAX_GRID_ROWS];
-        match (self.kind, self.lobe) {
-            (GridBasisKind::Sh2, _) => spherical_harmonics(normal, &mut values),
-            (GridBasisKind::Axes6, GridLobe::Cosine) => {
-                for (pair, n) in values.chunks_exact_mut(2).zip(normal.to_array()) {
-                    (pair[0], pair[1]) = (0.5 * (n * n + n), 0.5 * (n * n - n));
-                }
+        if self.kind == GridBasisKind::Sh2 {
+            spherical_harmonics(normal, &mut values);
+        } else if let Some(CosineReading { polynomial: [a, b, c], shares }) = self.cosine_reading() {
+            for ((value, axis), share) in values.iter_mut().zip(self.axes()).zip(shares) {
+                let cosine = axis.dot(normal);
+                *value = share * (a + cosine * (b + cosine * c));
             }
-            _ => {
-                let mut sum = 0.0;
-                for (value, axis) in values.iter_mut().zip(self.axes()) {
-                    *value = axis.dot(normal).max(0.0);
-                    sum += *value;
-                }
-                values.iter_mut().for_each(|value| *value /= sum);
+        } else {
+            let mut sum = 0.0;
+            for (value, axis) in values.iter_mut().zip(self.axes()) {
+                *value = axis.dot(normal).max(0.0);
+                sum += *value;
             }
+            values.iter_mut().for_each(|value| *value /= sum);
         }
         values
     }
@@ -194,6 +225,34 @@ mod tests {
         assert!(of(GridBasisKind::Axes6, GridLobe::Cosine) < 2e-3);
         let paper = of(GridBasisKind::Axes6, GridLobe::Angle);
         assert!(paper > 0.05 && paper < 0.3, "{paper}");
+        assert!(of(GridBasisKind::Axes26, GridLobe::Cosine) < 2e-3);
+        assert!(of(GridBasisKind::Axes26, GridLobe::Angle) > 0.05);
+    }
+
+    #[test]
+    fn more_directions_read_a_lamp_better() {
+        let towards = Vec3::new(0.48, 0.64, -0.6);
+        let lamp = |direction: Vec3| f32::from(direction.dot(towards) > 0.9);
+        let exact = |normal: Vec3| -> f32 {
+            let lit = |i| {
+                let direction = spherical_fibonacci(i, 20_000);
+                lamp(direction) * direction.dot(normal).max(0.0)
+            };
+            (0..20_000).map(lit).sum::<f32>() * 4.0 * PI / 20_000.0
+        };
+        let error = |kind| -> f32 {
+            let basis = GridBasis { kind, lobe: GridLobe::Cosine };
+            let normals = (0..40).map(|i| spherical_fibonacci(i, 40));
+            normals
+                .map(|normal| (irradiance(basis, normal, lamp) - exact(normal)).powi(2))
+                .sum::<f32>()
+                .sqrt()
+        };
+        let [six, fourteen, many, harmonics] =
+            [GridBasisKind::Axes6, GridBasisKind::Axes14, GridBasisKind::Axes26, GridBasisKind::Sh2]
+                .map(error);
+        assert!(fourteen < 0.9 * six && many < fourteen, "{six}, {fourteen}, {many}");
+        assert!((many / harmonics - 1.0).abs() < 0.1, "as the bands have it: {many}, {harmonics}");
     }
 
     #[test]

@@ -77,7 +77,7 @@ pub use grid::{
     BLOCK_EDGE, CELL_PLANES, GridBlock, GridCell, GridLayout, GridVertex, MAX_GRID_LEVELS, VertexPlace,
     index_of, places_of,
 };
-pub use grid_basis::{GridBasis, GridBasisKind, GridLobe, MAX_GRID_ROWS};
+pub use grid_basis::{CosineReading, GridBasis, GridBasisKind, GridLobe, MAX_GRID_ROWS};
 pub use info::{BakedInfo, SectionInfo};
 pub use layout::FORMAT_VERSION;
 pub use light::{Emitter, LightSample, Probe, Surfel, SurfelGroup};

@@ -45,7 +45,7 @@ const PATCH_ERROR_SHARE: f32 = 0.375;
 
 /// Share of the light that texels may get from surfels which shine independently of each other, as under a torch. The grid, with
 /// more columns to keep for the same bytes, errs by more with it than it gains.
-const UNFORESEEN_SHARE: f32 = 0.25;
+const UNFORESEEN_SHARE: f32 = 0.05;
 
 /// Expected strength of the coefficients of band l relative to band 0: a prior, not a measurement of the scene
 /// at hand. Radiance with edges falls off about so.

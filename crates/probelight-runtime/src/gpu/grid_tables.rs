@@ -3,7 +3,7 @@
 use std::mem::offset_of;
 
 use bytemuck::{Pod, Zeroable};
-use probelight_asset::{BakedScene, GridBasisKind, GridBlock, GridLobe, MAX_GRID_ROWS, NONE};
+use probelight_asset::{BakedScene, CosineReading, GridBasisKind, GridBlock, MAX_GRID_ROWS, NONE};
 use probelight_math::glam::UVec3;
 
 use super::bindings::{STORAGE, UNIFORM, bind, layout};
@@ -25,7 +25,8 @@ pub(super) struct GridRecord {
     pub(super) counts: [u32; 3],                //       48
     pub(super) sphere_count: u32,               //       60
     pub(super) cell_blocks: [u32; 4],           //       64
-    pub(super) axes: [[f32; 4]; MAX_GRID_ROWS], //       80
+    pub(super) polynomial: [f32; 4],            //       80
+    pub(super) axes: [[f32; 4]; MAX_GRID_ROWS], //       96
 }
 
 /// `GridBlock` in `grid.wgsl`.
@@ -41,7 +42,7 @@ pub(super) struct GridBlockRecord {
 
 pub(super) const GRID_SH2: u32 = 0;
 pub(super) const GRID_AXES: u32 = 1;
-pub(super) const GRID_SIX_COSINES: u32 = 2;
+pub(super) const GRID_COSINES: u32 = 2;
 
 /// Where the grid's vertices are and what divides them, and the spheres in place of objects; the light itself is that of the
 /// receivers.
@@ -157,21 +158,26 @@ fn grid_record(baked: &BakedScene) -> GridRecord {
     if !baked.has_grid() {
         return GridRecord::zeroed();
     }
+    let (reading, axes) = (basis.cosine_reading(), basis.light_axes());
+    let CosineReading { polynomial: [a, b, c], shares } =
+        reading.unwrap_or(CosineReading { polynomial: [0.0; 3], shares: [0.0; MAX_GRID_ROWS] });
+    let polynomial = [a, b, c, 0.0];
     GridRecord {
         origin: grid.origin.to_array(),
         rows: basis.rows() as u32,
         last: grid.position(grid.counts - UVec3::ONE).to_array(),
-        kind: match (basis.kind, basis.lobe) {
+        kind: match (basis.kind, reading) {
             (GridBasisKind::Sh2, _) => GRID_SH2,
-            (GridBasisKind::Axes6, GridLobe::Cosine) => GRID_SIX_COSINES,
-            _ => GRID_AXES,
+            (_, Some(_)) => GRID_COSINES,
+            (_, None) => GRID_AXES,
         },
         spacing: grid.spacing.to_array(),
         off_surface: OFF_SURFACE * grid.spacing.min_element(),
         counts: grid.counts.to_array(),
         sphere_count: 0,
         cell_blocks: cell_blocks(baked),
-        axes: basis.light_axes().map(|axis| axis.extend(0.0).to_array()),
+        polynomial,
+        axes: std::array::from_fn(|row| axes[row].extend(shares[row]).to_array()),
     }
 }
 

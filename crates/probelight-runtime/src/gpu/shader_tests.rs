@@ -14,7 +14,7 @@ use super::dilate_lightmap::TexelCopy;
 use super::frame_buffers::SignalShape;
 use super::frame_extents::ProbeRecord;
 use super::frame_work::FrameFlags;
-use super::grid_tables::{GRID_AXES, GRID_SH2, GRID_SIX_COSINES, GridBlockRecord, GridRecord};
+use super::grid_tables::{GRID_AXES, GRID_COSINES, GRID_SH2, GridBlockRecord, GridRecord};
 use super::light_surfels::MaterialColors;
 use super::lit_points::LitPoint;
 use super::moving_geometry::PlacementRecord;
@@ -182,7 +182,7 @@ fn partners() -> Partners {
             ("MAX_GRID_CORNERS", f64::from(8 * MAX_GRID_LEVELS)),
             ("GRID_SH2", f64::from(GRID_SH2)),
             ("GRID_AXES", f64::from(GRID_AXES)),
-            ("GRID_SIX_COSINES", f64::from(GRID_SIX_COSINES)),
+            ("GRID_COSINES", f64::from(GRID_COSINES)),
             ("MAX_GRID_ROWS", MAX_GRID_ROWS as f64),
             ("FADE_FROM", f64::from(FADE_FROM)),
             ("LAMP_PASSES", f64::from(LAMP_PASSES)),

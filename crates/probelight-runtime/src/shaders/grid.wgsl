@@ -4,7 +4,7 @@
 // The basis of vertices; without a grid they have no rows.
 const GRID_SH2 = 0u;
 const GRID_AXES = 1u;
-const GRID_SIX_COSINES = 2u;
+const GRID_COSINES = 2u;
 
 const MAX_GRID_ROWS = 26u;
 
@@ -40,7 +40,9 @@ struct Grid {
     sphere_count: u32,
     // Index of the first block of each level's cells (xyz), and the number of levels.
     cell_blocks: vec4u,
-    // Unit directions of the rows (xyz); spherical harmonics are read without.
+    // Of GRID_COSINES: how the cosine of a row's direction with the normal counts, a + b t + c t².
+    polynomial: vec4f,
+    // Unit directions of the rows (xyz); spherical harmonics are read without. Of GRID_COSINES, the row's share (w).
     axes: array<vec4f, MAX_GRID_ROWS>,
 }
 
@@ -273,8 +275,10 @@ fn lamp_of(light: ptr<function, GridLight>, normal: vec3f) -> Lamp {
 
 // How much a row counts for a surface with a unit normal; those of GRID_AXES still have to be divided by their sum.
 fn read_weight(row: u32, n: vec3f) -> f32 {
-    let cosine = dot(grid.axes[row].xyz, n);
-    return select(max(cosine, 0.0), 0.5 * (cosine * cosine + cosine), grid.kind == GRID_SIX_COSINES);
+    let axis = grid.axes[row];
+    let cosine = dot(axis.xyz, n);
+    let read = axis.w * (grid.polynomial.x + cosine * (grid.polynomial.y + cosine * grid.polynomial.z));
+    return select(max(cosine, 0.0), read, grid.kind == GRID_COSINES);
 }
 
 // The sum of spherical harmonics of bands 0 to 2, each times its row.
