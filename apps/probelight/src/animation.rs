@@ -19,6 +19,8 @@ pub(crate) struct Frames<'a> {
     pub(crate) seconds: f32,
     pub(crate) fps: u32,
     pub(crate) folder: &'a Path,
+    /// Whose lights move.
+    pub(crate) setup: &'a Setup,
     /// That of the first frame is kept for all; `None` for pictures of colours.
     pub(crate) exposure: Option<Exposure>,
 }
@@ -33,7 +35,6 @@ impl Frames<'_> {
     pub(crate) fn write(
         &self,
         studio: &mut Studio,
-        setup: &Setup,
         movers: &Movers,
         objects: &[ObjectId],
         camera: &Camera,
@@ -45,10 +46,10 @@ impl Frames<'_> {
         for frame in 0..frames {
             interrupt::check()?;
             // Objects are lit where they begin already.
-            if frame > 0 || setup.has_moving_lights() {
+            if frame > 0 || self.setup.has_moving_lights() {
                 let time = frame as f32 / self.fps as f32;
                 movers.place(objects, studio.objects_mut(), time)?;
-                studio.set_lighting(setup.lighting_at(time))?;
+                studio.set_lighting(self.setup.lighting_at(time))?;
                 studio.settle(console)?;
             }
             let image = studio.picture(camera, options, console)?;

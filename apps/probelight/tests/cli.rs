@@ -56,6 +56,16 @@ fn bake_info_render_and_eval_work_together() {
     assert!(
         place.succeed("eval cornell.plight --setup setup.json --points ref.csv").contains("relative RMSE")
     );
+    // A table may have points of the air alone.
+    let table = fs::read_to_string(place.path("ref.csv")).unwrap();
+    let kind = table.lines().next().unwrap().split(',').position(|name| name == "kind").unwrap();
+    let rows = table.lines().filter(|row| matches!(row.split(',').nth(kind), Some("kind" | "1")));
+    fs::write(place.path("air.csv"), rows.collect::<Vec<_>>().join("\n")).unwrap();
+    let air = place.json("eval cornell.plight --setup setup.json --points air.csv");
+    assert_eq!((&air["surface_points"], &air["free_space_points"]), (&0.into(), &1.into()));
+    assert!(air["free_space"]["relative_rmse"].is_number() && air["relative_rmse"].is_null(), "{air}");
+    let shown = place.succeed("eval cornell.plight --setup setup.json --points air.csv");
+    assert!(shown.contains("E_sky") && shown.contains("in free space"), "{shown}");
 }
 
 #[test]
@@ -85,6 +95,18 @@ fn objects_are_seen_and_move() {
     place.succeed(&format!("{moving} -o first.png"));
     assert_eq!(picture("frames/frame_0000.png"), picture("first.png"));
     place.succeed("reference cornell.glb --setup moving.json --camera front --samples 2 -o truth.png");
+    // Lights move, too.
+    setup["objects"] = serde_json::json!([]);
+    setup["lights"] = serde_json::json!([{
+        "type": "point", "position": [1, 4, 2], "intensity": [9, 9, 9],
+        "motion": {"type": "keyframes", "keyframes": [{"time": 0}, {"time": 1, "position": [4, 1, 2]}]}
+    }]);
+    fs::write(place.path("lamp.json"), setup.to_string()).unwrap();
+    let moving = "render cornell.plight --setup lamp.json --camera front --samples 2";
+    place.succeed(&format!("{moving} --animate 1 --fps 2 -o lit"));
+    assert_ne!(picture("lit/frame_0000.png"), picture("lit/frame_0001.png"));
+    place.succeed(&format!("{moving} -o still.png"));
+    assert_eq!(picture("lit/frame_0000.png"), picture("still.png"));
 
     place.succeed("bake cornell.glb -o bare.plight --receivers 300 --rays 32 --relight-rays 32 --grid 0");
     let bare = place.run(&format!("render bare.plight --setup setup.json --samples 1 {object} -o bare.png"));

@@ -72,8 +72,9 @@ struct Report<'a> {
     /// Rows in free space.
     free_space_points: usize,
     bounces: usize,
+    /// Errors on surfaces; none for tables of free space alone.
     #[serde(flatten)]
-    errors: PointErrors,
+    errors: Option<PointErrors>,
     /// Errors on small triangles, if the table has points chosen by triangle.
     small_triangles: Option<PointErrors>,
     /// Errors in free space, if the table has points there and the file light.
@@ -99,9 +100,13 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     if let Some(path) = &flags.predictions {
         write_predictions(path, &predictions)?;
     }
-    let errors = PointErrors::measure(&reference, &predictions, &PointSelection::default())?;
     let small_triangles = measure_some(&reference, &predictions, &PointSelection::small_triangles())?;
     let free_space = measure_some(&reference, &predictions, &PointSelection::free_space())?;
+    let mut errors = measure_some(&reference, &predictions, &PointSelection::default())?;
+    if errors.is_none() && free_space.is_none() {
+        // This says what is wrong.
+        errors = Some(PointErrors::measure(&reference, &predictions, &PointSelection::default())?);
+    }
     let surface_points = reference.points.iter().filter(|point| point.kind == PointKind::Surface).count();
     let report = Report {
         file: &flags.file,
@@ -194,35 +199,37 @@ fn predict(lit: &LitScene, baked: &BakedScene, reference: &ReferencePoints) -> V
 }
 
 fn describe(report: &Report) -> Result<String, std::fmt::Error> {
-    let errors = &report.errors;
     let mut text = String::new();
     let mut line = |name: &str, value: String| writeln!(text, "{name:<26}{value}");
     let percent = |share: Option<f64>| share.map_or("undefined".into(), |s| format!("{:.2} %", s * 100.0));
-    line(
-        "compared",
-        format!("{} under setup \"{}\", on the {}", errors.compared, report.setup, report.backend),
-    )?;
+    let errors = report.errors.as_ref();
+    let compared = errors.or(report.free_space.as_ref()).map_or("nothing", |errors| errors.compared);
+    line("compared", format!("{compared} under setup \"{}\", on the {}", report.setup, report.backend))?;
     line(
         "points",
         format!(
             "{} on surfaces ({} without an answer), {} in free space",
-            report.surface_points, errors.unanswered, report.free_space_points
+            report.surface_points,
+            errors.map_or(0, |errors| errors.unanswered),
+            report.free_space_points
         ),
     )?;
-    line("relative RMSE", format!("{} (reference noise subtracted)", percent(errors.relative_rmse)))?;
-    line("reference noise", percent(errors.reference_noise))?;
-    line("median relative error", percent(errors.median_relative_error))?;
-    line("95th percentile", percent(errors.p95_relative_error))?;
-    line("mean bias", percent(errors.mean_bias))?;
-    line("black though lit", percent(Some(errors.black_share)))?;
-    line(
-        "mean irradiance",
-        format!("{:.4} W/m², reference {:.4}", errors.mean_prediction, errors.mean_reference),
-    )?;
-    line(
-        "largest irradiance",
-        format!("{:.4} W/m², reference {:.4}", errors.max_prediction, errors.max_reference),
-    )?;
+    if let Some(errors) = errors {
+        line("relative RMSE", format!("{} (reference noise subtracted)", percent(errors.relative_rmse)))?;
+        line("reference noise", percent(errors.reference_noise))?;
+        line("median relative error", percent(errors.median_relative_error))?;
+        line("95th percentile", percent(errors.p95_relative_error))?;
+        line("mean bias", percent(errors.mean_bias))?;
+        line("black though lit", percent(Some(errors.black_share)))?;
+        line(
+            "mean irradiance",
+            format!("{:.4} W/m², reference {:.4}", errors.mean_prediction, errors.mean_reference),
+        )?;
+        line(
+            "largest irradiance",
+            format!("{:.4} W/m², reference {:.4}", errors.max_prediction, errors.max_reference),
+        )?;
+    }
     if let Some(small) = &report.small_triangles {
         line(&format!("below {SMALL_TRIANGLE} m²"), format!("{} points", small.answered))?;
         line("relative RMSE", percent(small.relative_rmse))?;

@@ -173,8 +173,8 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
     let light_seconds = start.elapsed().as_secs_f64();
     interrupt::check()?;
     if let Some(seconds) = flags.animate {
-        let frames = Frames { seconds, fps: flags.fps, folder: &flags.out, exposure };
-        return frames.write(&mut studio, &setup, &movers, &objects, &camera, &options, console);
+        let frames = Frames { seconds, fps: flags.fps, folder: &flags.out, setup: &setup, exposure };
+        return frames.write(&mut studio, &movers, &objects, &camera, &options, console);
     }
     let start = Instant::now();
     let image = studio.picture(&camera, &options, console)?;

@@ -163,7 +163,7 @@ fn records() -> Vec<(&'static str, Layout)> {
         record!(ShadowViewRecord as "ShadowView" { clip_from_world, axis, texel_width }),
         record!(PlacementRecord as "Placement" { rows, number, light_offset, unused }),
         record!(GridRecord as "Grid" {
-            origin, rows, last, kind, spacing, off_surface, counts, sphere_count, cell_blocks, axes,
+            origin, rows, last, kind, spacing, off_surface, counts, sphere_count, cell_blocks, polynomial, axes,
         }),
         record!(ObjectSphere as "ObjectSphere" { center, radius, albedo, reach, object, hides, unused }),
         record!(GridCell as "GridCell" { planes, corners }),
