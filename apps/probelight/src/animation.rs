@@ -45,11 +45,12 @@ impl Frames<'_> {
         let mut exposure = self.exposure;
         for frame in 0..frames {
             interrupt::check()?;
-            // Objects are lit where they begin already.
-            if frame > 0 || self.setup.has_moving_lights() {
-                let time = frame as f32 / self.fps as f32;
+            let time = frame as f32 / self.fps as f32;
+            let lighting = self.setup.lighting_at(time);
+            // The scene is lit already with objects where they begin and lights where they stand.
+            if frame > 0 || lighting != self.setup.lighting {
                 movers.place(objects, studio.objects_mut(), time)?;
-                studio.set_lighting(self.setup.lighting_at(time))?;
+                studio.set_lighting(lighting)?;
                 studio.settle(console)?;
             }
             let image = studio.picture(camera, options, console)?;

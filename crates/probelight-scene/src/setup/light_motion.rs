@@ -115,11 +115,6 @@ impl Setup {
         }
         lighting
     }
-
-    /// Whether a light moves by itself.
-    pub fn has_moving_lights(&self) -> bool {
-        self.light_tracks.iter().any(|track| track.motion != LightMotion::Still)
-    }
 }
 
 /// Reads what a light's members say besides how it shines.
