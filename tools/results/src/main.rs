@@ -58,7 +58,7 @@ enum Command {
         #[arg(long, value_name = "FIGURES.json")]
         from: Option<PathBuf>,
     },
-    /// Make the figures of [SED] again, with this project's scenes
+    /// Make the published figures again, with this project's scenes
     Paper(paper::Flags),
     /// Show two measurements side by side
     Compare {

@@ -170,7 +170,7 @@ fn arrows(picture: &mut DisplayImage, places: &[Vec3], light: &[[f32; 6]], scale
     dot(*fragment, 9.0, [0; 3]);
 }
 
-/// The directions that the normal lets count, with their light: [SED] figure 4.
+/// The directions that the normal lets count, with their light: \[SED\] figure 4.
 fn light_vector(light: &[f32; 6]) -> Vec3 {
     let normal = NORMAL.normalize();
     AXES.iter().zip(light).map(|(axis, light)| *axis * (normal.dot(*axis).max(0.0) * light)).sum()

@@ -1,4 +1,4 @@
-//! `results paper`: makes the figures of [SED] again, with this project's program, scenes and reference points.
+//! `results paper`: makes the figures of \[SED\] again, with this project's program, scenes and reference points.
 //!
 //! | module | makes |
 //! | --- | --- |
