@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Opens the window on a display of its own, uses keys and mouse as one would, and checks what comes of it: pictures, saved
-# setup, exit code; then once more on Wayland. With a folder as argument it leaves screenshots of the demo's atrium for the
-# documents there. Needs Xvfb, xdotool and ImageMagick, and for Wayland Weston (tools/test.sh installs them); what it cannot do
+# setup, exit code; then once more on Wayland. With a folder as argument it leaves screenshots for the documents
+# there. Needs Xvfb, xdotool and ImageMagick, and for Wayland Weston (tools/test.sh installs them); what it cannot do
 # without them it says. PROBELIGHT names the program; without it, it is built.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -46,17 +46,11 @@ differ() { [[ $(compare -metric AE -fuzz 3% "$work/$1.png" "$work/$2.png" null: 
 is_lit() { shot now; awk "BEGIN { exit !($(brightness now) > 0.05) }"; }
 has_another_lamp() { [[ $(grep -c '"type": "point"' "$work/setup.json") = $((lamps + 1)) ]]; }
 
-# Small and coarse, as drivers in software take their time; for the documents as the demo has it.
-if [[ -z $pictures ]]; then
-    "$program" bake assets/scenes/cornell.glb -o "$work/scene.plight" --receivers 3000 --rays 64 --grid 0 --quiet
-    cp assets/setups/cornell_lamp.json "$work/setup.json"
-    resolution=0.25 slow=1
-else
-    "$program" demo --scene atrium --backend cpu -o "$work" --quiet
-    mv "$work/atrium.plight" "$work/scene.plight"
-    mv "$work/atrium.json" "$work/setup.json"
-    resolution=1 slow=20
-fi
+# Small and coarse, as drivers in software take their time; for the documents better.
+coarse=(--receivers 3000 --rays 64 --grid 0) resolution=0.25 slow=1
+[[ -z $pictures ]] || coarse=(--quality preview) resolution=0.6 slow=4
+"$program" bake assets/scenes/cornell.glb -o "$work/scene.plight" "${coarse[@]}" --quiet
+cp assets/setups/cornell_lamp.json "$work/setup.json"
 lamps=$(grep -c '"type": "point"' "$work/setup.json" || true)
 cd "$work"
 "$program" view scene.plight --setup setup.json --size 1280x720 --resolution $resolution 2>"$work/log" &
