@@ -175,6 +175,14 @@ impl BakedParts {
         &texels[..texels.len().min(cluster.receiver_count as usize)]
     }
 
+    /// The lightmap's receivers, cluster by cluster: numbers of the cluster, of the receiver and of its texel.
+    pub fn receivers_with_texels(&self) -> impl Iterator<Item = (u32, u32, u32)> {
+        (0..).zip(&self.clusters).flat_map(|(number, cluster)| {
+            let texels = (cluster.first_receiver..).zip(self.texels(cluster));
+            texels.map(move |(receiver, texel)| (number, receiver, *texel))
+        })
+    }
+
     /// A cluster's scalar signals, in the order of its first columns.
     #[inline]
     pub fn signals_of(&self, cluster: &Cluster) -> &[u32] {

@@ -47,7 +47,7 @@ pub enum GridLobe {
 
 /// How irradiance is read from directions that weigh light by the cosine: of a row with the unit direction d, the share
 /// `shares[row] · (a + b t + c t²)` counts, t being the cosine between d and the surface's normal.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CosineReading {
     /// a, b and c.
     pub polynomial: [f32; 3],

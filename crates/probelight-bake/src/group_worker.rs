@@ -43,10 +43,6 @@ const SUPPORT_MARGIN: f32 = 1.1;
 /// errors add up.
 const PATCH_ERROR_SHARE: f32 = 0.375;
 
-/// Share of the light that texels may get from surfels which shine independently of each other, as under a torch. The grid, with
-/// more columns to keep for the same bytes, errs by more with it than it gains.
-const UNFORESEEN_SHARE: f32 = 0.05;
-
 /// Expected strength of the coefficients of band l relative to band 0: a prior, not a measurement of the scene
 /// at hand. Radiance with edges falls off about so.
 fn band_strength(l: usize) -> f32 {
@@ -69,12 +65,13 @@ impl<'a> GroupWorker<'a> {
 
     /// Gathers and compresses a group.
     pub(crate) fn bake_group(&self, group: &[u32]) -> FinishedGroup {
+        let reception = self.ground.reception(group[0]);
         let views: Vec<View> =
             group.iter().map(|site| View::of(self.ground, &self.light.sources.surfels, *site)).collect();
         let has_scalars = self.ground.plan.has_scalar_signals();
         let patches = match &self.light.ensemble {
             Some(ensemble) if has_scalars => {
-                self.choose_patches(ensemble, &views, self.ground.reception(group[0]))
+                self.choose_patches(ensemble, &views, self.ground.unforeseen_share_of(reception))
             }
             _ => PatchChoice::default(),
         };
@@ -97,7 +94,6 @@ impl<'a> GroupWorker<'a> {
             transport.drop_unused_signals();
         }
         let receivers: Vec<u32> = group.iter().flat_map(|site| self.ground.rows(*site)).collect();
-        let reception = self.ground.reception(group[0]);
         let matrix = GroupMatrix {
             receivers: &receivers,
             sites: &receivers.iter().map(|row| *self.ground.site_of_row(*row)).collect::<Vec<_>>(),
@@ -118,7 +114,7 @@ impl<'a> GroupWorker<'a> {
         }
     }
 
-    fn choose_patches(&self, ensemble: &LightEnsemble, views: &[View], reception: Reception) -> PatchChoice {
+    fn choose_patches(&self, ensemble: &LightEnsemble, views: &[View], unforeseen: f32) -> PatchChoice {
         let mut seen: Vec<u32> = views.iter().flat_map(View::surfels).map(|(surfel, _)| surfel).collect();
         seen.sort_unstable();
         seen.dedup();
@@ -135,10 +131,6 @@ impl<'a> GroupWorker<'a> {
             })
             .collect();
         let error = PATCH_ERROR_SHARE * self.ground.settings.max_cluster_error;
-        let unforeseen = match reception {
-            Reception::Irradiance => UNFORESEEN_SHARE,
-            Reception::Basis(_) => 0.0,
-        };
         PatchChoice::new(&self.light.sources.surfels, ensemble, &witnesses, &seen, error * error, unforeseen)
     }
 

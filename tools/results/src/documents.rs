@@ -1,9 +1,11 @@
 //! Figures in documents. `<!-- figure NAME -->` and `<!-- /figure -->` enclose what the figures say; a NAME that
 //! begins with `table` stands for a whole table.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
+use probelight_asset::write_atomically;
 
 use crate::figures::Figures;
 use crate::lookup;
@@ -96,6 +98,12 @@ fn without_figures(text: &str) -> String {
         parts.fold(first, |kept, part| kept + part.split_once(closing).map_or("", |(_, after)| after))
     };
     outside(&outside(text, OPENING, CLOSING), "\n```", "\n```\n")
+}
+
+/// Writes a file as a whole.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    write_atomically(path, |file| file.write_all(bytes))
+        .with_context(|| format!("cannot write {}", path.display()))
 }
 
 #[cfg(test)]

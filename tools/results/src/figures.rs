@@ -7,6 +7,8 @@ use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::documents::write_whole;
+
 /// All figures.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Figures {
@@ -158,11 +160,8 @@ impl Figures {
 
     /// Replaces a file of figures as a whole.
     pub(crate) fn write(&self, path: &Path) -> anyhow::Result<()> {
-        let unfinished = path.with_extension("json.unfinished");
         let text = serde_json::to_string_pretty(&tidy(serde_json::to_value(self)?))? + "\n";
-        std::fs::write(&unfinished, text)
-            .and_then(|()| std::fs::rename(&unfinished, path))
-            .with_context(|| format!("cannot write {}", path.display()))
+        write_whole(path, text.as_bytes())
     }
 
     /// Takes over what was measured anew; the rest stays.

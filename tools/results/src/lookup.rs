@@ -10,10 +10,15 @@ use crate::tables;
 /// What is shown for a figure that was not measured.
 pub(crate) const NOT_MEASURED: &str = "–";
 
+/// A table between its marks.
+pub(crate) fn as_block(table: &str) -> String {
+    format!("\n\n{}\n\n", table.trim_end())
+}
+
 /// What a document says in place of `name`.
 pub(crate) fn value(figures: &Figures, name: &str) -> anyhow::Result<String> {
     if let Some(table) = name.strip_prefix("table ") {
-        return Ok(format!("\n\n{}\n\n", tables::by_name(figures, table)?.trim_end()));
+        return Ok(as_block(&tables::by_name(figures, table)?));
     }
     let parts: Vec<&str> = name.split('/').collect();
     let bake =

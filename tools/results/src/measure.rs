@@ -279,11 +279,13 @@ pub(crate) fn machine() -> String {
     format!("{threads} threads of {model}")
 }
 
-fn note(line: &str) -> anyhow::Result<()> {
+/// Says what goes on.
+pub(crate) fn note(line: &str) -> anyhow::Result<()> {
     Ok(writeln!(std::io::stderr(), "{line}")?)
 }
 
-fn shown(path: impl AsRef<Path>) -> String {
+/// A path as an argument.
+pub(crate) fn shown(path: impl AsRef<Path>) -> String {
     path.as_ref().display().to_string()
 }
 

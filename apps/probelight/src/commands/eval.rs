@@ -102,11 +102,12 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     }
     let small_triangles = measure_some(&reference, &predictions, &PointSelection::small_triangles())?;
     let free_space = measure_some(&reference, &predictions, &PointSelection::free_space())?;
-    let mut errors = measure_some(&reference, &predictions, &PointSelection::default())?;
-    if errors.is_none() && free_space.is_none() {
-        // This says what is wrong.
-        errors = Some(PointErrors::measure(&reference, &predictions, &PointSelection::default())?);
-    }
+    let on_surfaces = PointSelection::default();
+    let errors = match &free_space {
+        Some(_) => measure_some(&reference, &predictions, &on_surfaces)?,
+        // Without any there is something wrong, which this says.
+        None => Some(PointErrors::measure(&reference, &predictions, &on_surfaces)?),
+    };
     let surface_points = reference.points.iter().filter(|point| point.kind == PointKind::Surface).count();
     let report = Report {
         file: &flags.file,

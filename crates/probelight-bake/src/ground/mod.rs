@@ -221,6 +221,15 @@ impl Groundwork {
         }
     }
 
+    /// Share of the light that a site may get from surfels which shine independently of each other, as under a torch. Vertices,
+    /// with more columns to keep for the same bytes, err by more with it than they gain.
+    pub(crate) fn unforeseen_share_of(&self, reception: Reception) -> f32 {
+        match reception {
+            Reception::Irradiance => receivers::UNFORESEEN_SHARE,
+            Reception::Basis(_) => 0.0,
+        }
+    }
+
     /// The rows of a site's transport, in the numbering that the receivers of clusters have.
     pub(crate) fn rows(&self, site: u32) -> Range<u32> {
         let (texels, rows) = (self.texels().end, self.reception(site).rows() as u32);

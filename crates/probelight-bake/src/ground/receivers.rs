@@ -23,6 +23,9 @@ use crate::ground::texel_points::{
 };
 use crate::steps::for_each_in_parallel;
 
+/// See [`Groundwork::unforeseen_share_of`](crate::ground::Groundwork::unforeseen_share_of).
+pub(crate) const UNFORESEEN_SHARE: f32 = 0.05;
+
 /// A place that gathers light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Receiver {

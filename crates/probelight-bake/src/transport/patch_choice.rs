@@ -68,8 +68,8 @@ impl PatchChoice {
         tolerance: f32,
         unforeseen: f32,
     ) -> Self {
-        let views = views_of_patches(tree, witnesses, seen);
-        let judge = Judge::new(ensemble, witnesses, unforeseen);
+        let (views, squares) = views_of_patches(tree, witnesses, seen);
+        let judge = Judge::new(ensemble, witnesses, &squares, unforeseen);
         let accepted = tolerance * judge.arriving;
         let mut choice = Self::default();
         let mut pending: Vec<u32> =
@@ -141,11 +141,17 @@ struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    fn new(ensemble: &'a LightEnsemble, witnesses: &[Vec<(u32, f32)>], unforeseen_share: f32) -> Self {
+    /// `squares` are those of how much each witness sees of each surfel, summed.
+    fn new(
+        ensemble: &'a LightEnsemble,
+        witnesses: &[Vec<(u32, f32)>],
+        squares: &[f32; WITNESSES],
+        unforeseen_share: f32,
+    ) -> Self {
         let count = ensemble.count;
         let mut weights = Vec::with_capacity(witnesses.len() * count);
         let (mut arriving, mut unforeseen) = (0.0, Vec::with_capacity(witnesses.len()));
-        for witness in witnesses {
+        for (witness, squares) in witnesses.iter().zip(squares) {
             let mut energies = vec![0.0; count];
             for (surfel, weight) in witness {
                 for (sum, radiance) in energies.iter_mut().zip(ensemble.scalar(*surfel as usize)) {
@@ -161,7 +167,7 @@ impl<'a> Judge<'a> {
             }
             let of_witness = lighting_weights(&energies, ensemble.weights(), DIM_SHARE);
             let energy = energies.iter().zip(&of_witness).map(|(e, w)| e * w).sum::<f32>();
-            unforeseen.push(unforeseen_share * energy / sum_of_squares(witness).max(f32::MIN_POSITIVE));
+            unforeseen.push(unforeseen_share * energy / squares.max(f32::MIN_POSITIVE));
             arriving += energy;
             weights.extend(of_witness);
         }
@@ -193,17 +199,12 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Sum of the squares of how much of the light of each surfel arrives, steradians².
-fn sum_of_squares(witness: &[(u32, f32)]) -> f32 {
-    let mut of_surfels = BTreeMap::<u32, f32>::new();
-    for (surfel, weight) in witness {
-        *of_surfels.entry(*surfel).or_default() += weight;
-    }
-    of_surfels.values().map(|weight| weight * weight).sum()
-}
-
-/// The views of all patches that contain a seen surfel.
-fn views_of_patches(tree: &SurfelTree, witnesses: &[Vec<(u32, f32)>], seen: &[u32]) -> HashMap<u32, Views> {
+/// The views of all patches that contain a seen surfel, and the squares of those of all surfels, summed.
+fn views_of_patches(
+    tree: &SurfelTree,
+    witnesses: &[Vec<(u32, f32)>],
+    seen: &[u32],
+) -> (HashMap<u32, Views>, [f32; WITNESSES]) {
     let mut of_surfels: BTreeMap<u32, [f32; WITNESSES]> =
         seen.iter().map(|surfel| (*surfel, [0.0; WITNESSES])).collect();
     for (w, witness) in witnesses.iter().enumerate() {
@@ -213,6 +214,8 @@ fn views_of_patches(tree: &SurfelTree, witnesses: &[Vec<(u32, f32)>], seen: &[u3
     }
     let mut pending: BTreeMap<u32, Views> =
         of_surfels.into_iter().map(|(surfel, sums)| (surfel, Views::of_surfel(sums))).collect();
+    let mut all = Views::NONE;
+    pending.values().for_each(|view| all.add(view));
     // Children have smaller numbers than their group, so a patch is complete when it is the smallest.
     let mut views = HashMap::new();
     while let Some((patch, view)) = pending.pop_first() {
@@ -222,7 +225,7 @@ fn views_of_patches(tree: &SurfelTree, witnesses: &[Vec<(u32, f32)>], seen: &[u3
         }
         views.insert(patch, view);
     }
-    views
+    (views, all.squares)
 }
 
 #[cfg(test)]
@@ -291,9 +294,9 @@ mod tests {
         let added = |weight: &dyn Fn(usize) -> f32| {
             let witness: Vec<(u32, f32)> =
                 surfels.iter().enumerate().map(|(i, surfel)| (*surfel, weight(i))).collect();
-            let views = views_of_patches(tree, std::slice::from_ref(&witness), &surfels);
+            let (views, squares) = views_of_patches(tree, std::slice::from_ref(&witness), &surfels);
             let [with, without] = [share, 0.0].map(|share| {
-                let judge = Judge::new(ensemble, std::slice::from_ref(&witness), share);
+                let judge = Judge::new(ensemble, std::slice::from_ref(&witness), &squares, share);
                 judge.error(tree, patch, &views[&patch]) / judge.arriving
             });
             with - without

@@ -29,11 +29,9 @@ pub(super) fn write(
     color: impl Fn(u32, u32) -> Vec3,
 ) {
     let mut texels = vec![NOWHERE; texture.width() as usize * texture.height() as usize];
-    for (number, cluster) in (0..).zip(&baked.clusters) {
-        for (receiver, texel) in (cluster.first_receiver..).zip(baked.texels(cluster)) {
-            let [r, g, b] = color(number, receiver).to_array().map(|c| (c * 255.0) as u8);
-            texels[*texel as usize] = [r, g, b, 255];
-        }
+    for (cluster, receiver, texel) in baked.receivers_with_texels() {
+        let [r, g, b] = color(cluster, receiver).to_array().map(|c| (c * 255.0) as u8);
+        texels[texel as usize] = [r, g, b, 255];
     }
     for [texel, source] in &baked.lightmap.dilation {
         texels[*texel as usize] = texels[*source as usize];

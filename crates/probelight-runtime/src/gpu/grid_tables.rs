@@ -159,9 +159,7 @@ fn grid_record(baked: &BakedScene) -> GridRecord {
         return GridRecord::zeroed();
     }
     let (reading, axes) = (basis.cosine_reading(), basis.light_axes());
-    let CosineReading { polynomial: [a, b, c], shares } =
-        reading.unwrap_or(CosineReading { polynomial: [0.0; 3], shares: [0.0; MAX_GRID_ROWS] });
-    let polynomial = [a, b, c, 0.0];
+    let CosineReading { polynomial: [a, b, c], shares } = reading.unwrap_or_default();
     GridRecord {
         origin: grid.origin.to_array(),
         rows: basis.rows() as u32,
@@ -176,7 +174,7 @@ fn grid_record(baked: &BakedScene) -> GridRecord {
         counts: grid.counts.to_array(),
         sphere_count: 0,
         cell_blocks: cell_blocks(baked),
-        polynomial,
+        polynomial: [a, b, c, 0.0],
         axes: std::array::from_fn(|row| axes[row].extend(shares[row]).to_array()),
     }
 }

@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::Setup;
 use super::fields::{Field, Object};
+use super::keys::keys_at;
 use super::parse::light;
 use super::write::light_members;
 use crate::{Light, Lighting};
@@ -203,11 +204,8 @@ pub(super) fn write_track(track: &LightTrack, members: &mut Map<String, Value>) 
 fn between(keys: &[(f32, Light)], time: f32) -> Option<Light> {
     let end = keys.last()?.0;
     let time = if end > 0.0 { time % end } else { 0.0 };
-    let next = keys.partition_point(|(key, _)| *key <= time);
-    let (Some(from), Some(to)) = (next.checked_sub(1).and_then(|last| keys.get(last)), keys.get(next)) else {
-        return Some(keys.get(next).or(keys.last())?.1.clone());
-    };
-    Some(blend(&from.1, &to.1, (time - from.0) / (to.0 - from.0)))
+    let (from, next) = keys_at(keys, time, |(time, _)| *time)?;
+    Some(next.map_or_else(|| from.1.clone(), |(to, share)| blend(&from.1, &to.1, share)))
 }
 
 /// A light so far on the way to another of its kind; lights of two kinds do not blend.

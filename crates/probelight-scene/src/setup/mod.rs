@@ -2,6 +2,7 @@
 
 mod fields;
 mod framing;
+mod keys;
 mod light_motion;
 mod materials;
 mod objects;

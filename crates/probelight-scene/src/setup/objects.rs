@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::fields::{Field, Object};
+use super::keys::keys_at;
 use crate::{Placement, Scene, Unusable};
 
 /// A glTF file that moves through the scene.
@@ -45,13 +46,10 @@ impl ObjectPath {
 
     /// Where the object is: on a straight line between two keyframes, before the first and after the last still.
     pub fn placement(&self, time: f32) -> Placement {
-        let next = self.keyframes.partition_point(|key| key.time <= time);
-        match (next.checked_sub(1).and_then(|last| self.keyframes.get(last)), self.keyframes.get(next)) {
-            (Some(from), Some(to)) => {
-                from.placement.towards(&to.placement, (time - from.time) / (to.time - from.time))
-            }
-            (Some(key), None) | (None, Some(key)) => key.placement,
-            (None, None) => Placement::default(),
+        match keys_at(&self.keyframes, time, |key| key.time) {
+            Some((from, Some((to, share)))) => from.placement.towards(&to.placement, share),
+            Some((key, None)) => key.placement,
+            None => Placement::default(),
         }
     }
 }

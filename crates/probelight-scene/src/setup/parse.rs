@@ -66,8 +66,8 @@ fn lighting(root: &Object<'_>) -> Result<(Lighting, Vec<LightTrack>), String> {
         }
     }
     // A setup whose lights stand still, without names, is the same as one that never heard of them.
-    let says_nothing = |track: &LightTrack| *track == LightTrack::default();
-    tracks.truncate(tracks.iter().rposition(|track| !says_nothing(track)).map_or(0, |last| last + 1));
+    let last = tracks.iter().rposition(|track| *track != LightTrack::default());
+    tracks.truncate(last.map_or(0, |last| last + 1));
     Ok((lighting, tracks))
 }
 

@@ -1,5 +1,6 @@
 //! The lightmap as a picture: its light, its charts, and what computes it.
 
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 use eframe::egui::{
@@ -18,7 +19,7 @@ use crate::picture::charts::charts_of_texels;
 use crate::picture::texel_colors::texel_color;
 use crate::scene::live_scene::LiveScene;
 use crate::scene::pick::{PickedReceiver, receiver_of};
-use crate::state::view_state::{PageColors, ViewState};
+use crate::state::view_state::{PageColors, TexelColors, ViewState};
 use crate::state::{Action, State};
 
 /// Where there is nothing.
@@ -27,6 +28,8 @@ const NOTHING: Color32 = Color32::from_gray(40);
 /// A lightmap that was read from the GPU.
 pub struct LightmapPage {
     baked: Arc<BakedScene>,
+    /// The receiver of each texel, once somebody asks.
+    receivers: OnceCell<Vec<u32>>,
     irradiance: Vec<Vec3>,
     image: Arc<ColorImage>,
     texture: TextureHandle,
@@ -45,11 +48,11 @@ impl LightmapPage {
         let colors = match view.page_colors {
             PageColors::Irradiance => colors_of_light(&irradiance, ev),
             PageColors::Charts => colors_of_charts(&live.baked),
-            PageColors::Texels(_) => colors_of_receivers(live, &view.camera, view.page_colors),
+            PageColors::Texels(colors) => colors_of_receivers(live, &view.camera, colors),
         };
         let image = Arc::new(ColorImage::new(size, colors));
         let texture = context.load_texture("lightmap", Arc::clone(&image), TextureOptions::NEAREST);
-        Self { baked: Arc::clone(&live.baked), irradiance, image, texture }
+        Self { baked: Arc::clone(&live.baked), receivers: OnceCell::new(), irradiance, image, texture }
     }
 
     /// What is shown, rows from the top.
@@ -62,7 +65,7 @@ impl LightmapPage {
         let texel = y * self.baked.lightmap.width as usize + x;
         let light = self.irradiance.get(texel)?;
         let mut note = format!("texel {x}, {y}: {:.4} {:.4} {:.4} W/m²", light.x, light.y, light.z);
-        let receiver = self.baked.receivers_of_texels()[texel];
+        let receiver = self.receivers.get_or_init(|| self.baked.receivers_of_texels())[texel];
         if let Some(receiver) = (receiver != NONE).then(|| receiver_of(&self.baked, receiver)).flatten() {
             let PickedReceiver { cluster, receivers, rank, columns, error, probes, .. } = receiver;
             let probes = probes.len();
@@ -85,15 +88,12 @@ fn colors_of_charts(baked: &BakedScene) -> Vec<Color32> {
     charts_of_texels(&baked.lightmap).into_iter().map(color).collect()
 }
 
-fn colors_of_receivers(live: &LiveScene, camera: &Camera, colors: PageColors) -> Vec<Color32> {
+fn colors_of_receivers(live: &LiveScene, camera: &Camera, colors: TexelColors) -> Vec<Color32> {
     let baked = &live.baked;
     let mut shown_colors = vec![NOTHING; (baked.lightmap.width * baked.lightmap.height) as usize];
-    let PageColors::Texels(colors) = colors else { return shown_colors };
     let color = texel_color(live, camera, colors);
-    for (number, cluster) in (0..).zip(&baked.clusters) {
-        for (receiver, texel) in (cluster.first_receiver..).zip(baked.texels(cluster)) {
-            shown_colors[*texel as usize] = shown(color(number, receiver));
-        }
+    for (cluster, receiver, texel) in baked.receivers_with_texels() {
+        shown_colors[texel as usize] = shown(color(cluster, receiver));
     }
     shown_colors
 }

@@ -4,7 +4,7 @@
 //! The picture that one sees stands still meanwhile; those that are compared are drawn out of sight.
 
 use probelight_eval::{EvalError, ImageView, ssim};
-use probelight_math::color::linear_from_srgb;
+use probelight_math::color::linear_from_srgb8;
 use probelight_math::glam::Vec3;
 use probelight_render::DisplayImage;
 use probelight_runtime::gpu::GpuError;
@@ -48,6 +48,12 @@ impl HeldSimilarity {
     fn knows(&self, document: &Document, view: &ViewState) -> bool {
         self.seen.as_ref().is_some_and(|(d, v)| d == document && v == view)
     }
+
+    /// Ends the search for what is shown now.
+    fn end(&mut self, document: &Document, view: &ViewState) {
+        self.seen = Some((document.clone(), view.clone()));
+        self.search = None;
+    }
 }
 
 impl Search {
@@ -72,8 +78,7 @@ impl Search {
 
 fn similarity(a: &DisplayImage, b: &DisplayImage) -> Result<f64, EvalError> {
     let linear = |image: &DisplayImage| -> Vec<Vec3> {
-        let pixels = image.pixels.iter();
-        pixels.map(|pixel| Vec3::from(pixel.map(|c| linear_from_srgb(f32::from(c) / 255.0)))).collect()
+        image.pixels.iter().map(|pixel| linear_from_srgb8(*pixel)).collect()
     };
     let (width, height) = (a.width as usize, a.height as usize);
     ssim(&ImageView::new(width, height, &linear(a))?, &ImageView::new(width, height, &linear(b))?)
@@ -110,8 +115,7 @@ impl Viewer {
         if let Some(answer) = take_ready(&mut search.answer) {
             if let Err(error) = search.note(answer?) {
                 self.messages.error(format!("the similarity cannot be held: {error}"));
-                held.seen = Some((state.document.clone(), state.view.clone()));
-                held.search = None;
+                held.end(&state.document, &state.view);
                 return Ok(());
             }
         } else if search.answer.is_some() {
@@ -119,8 +123,7 @@ impl Viewer {
         }
         if search.by.scale().is_none() {
             held.scale = Some(search.by.found());
-            held.seen = Some((state.document.clone(), state.view.clone()));
-            held.search = None;
+            held.end(&state.document, &state.view);
             self.settle_again();
             return Ok(());
         }

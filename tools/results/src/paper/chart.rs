@@ -6,7 +6,7 @@ use anyhow::anyhow;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::workshop::write_whole;
+use crate::documents::write_whole;
 
 /// Points that belong together.
 pub(crate) struct Series {

@@ -9,8 +9,9 @@ use serde_json::Value;
 use super::Values;
 use super::setups::{Camera, Lights, Object, setup};
 use super::sheets::{self, Cut};
-use super::workshop::{Shot, Workshop, number, shown};
-use crate::lookup::{NOT_MEASURED, grouped, percent};
+use super::workshop::{Shot, Workshop, number};
+use crate::lookup::{NOT_MEASURED, as_block, grouped, percent};
+use crate::measure::shown;
 use crate::tables::Table;
 
 /// Few receivers on surfaces, as the grid does not depend on them, and as many rays in each bake.
@@ -147,8 +148,7 @@ fn picture(workshop: &Workshop, grid: &Grid) -> anyhow::Result<Image> {
 /// The path tracer's picture.
 fn reference(workshop: &Workshop) -> anyhow::Result<Image> {
     let picture = workshop.kept("figure-14_reference.exr");
-    let [scene, setup, out] =
-        [&workshop.scene("cornell")?, &stage(workshop)?, &picture].map(|path| shown(path));
+    let [scene, setup, out] = [&workshop.scene("cornell")?, &stage(workshop)?, &picture].map(shown);
     let arguments =
         ["reference", &scene, "--setup", &setup, "--camera", "figure", "--samples", "1024", "-o", &out];
     workshop.run("figure-14_reference", &arguments.map(String::from), Some(&picture))?;
@@ -171,7 +171,7 @@ pub(crate) fn bases(workshop: &Workshop) -> anyhow::Result<Values> {
     for grid in grids() {
         table.row(row(workshop, &grid)?);
     }
-    Ok(Values::from([("table bases".into(), format!("\n\n{}\n\n", table.markdown().trim_end()))]))
+    Ok(Values::from([("table bases".into(), as_block(&table.markdown()))]))
 }
 
 fn row(workshop: &Workshop, grid: &Grid) -> anyhow::Result<[String; 9]> {

@@ -8,8 +8,9 @@ use serde_json::{Value, json};
 
 use super::Values;
 use super::sheets;
-use super::workshop::{Workshop, number, shown};
-use crate::lookup::grouped;
+use super::workshop::{Workshop, number};
+use crate::lookup::{as_block, grouped};
+use crate::measure::shown;
 use crate::tables::Table;
 
 /// A comparison of levels of detail with none.
@@ -115,7 +116,7 @@ pub(crate) fn with_and_without(workshop: &Workshop) -> anyhow::Result<Values> {
     rows.truncate(3);
     let columns = ["no levels of detail", "levels of detail", "difference, 8 times"];
     sheets::write(&sheets::sheet(&columns, rows), &workshop.image("figure-15.png"))?;
-    Ok(Values::from([("table levels".into(), format!("\n\n{}\n\n", table.markdown().trim_end()))]))
+    Ok(Values::from([("table levels".into(), as_block(&table.markdown()))]))
 }
 
 /// The atrium with the published levels at shares of their distances.

@@ -12,7 +12,8 @@ use super::Values;
 use super::setups::{self, Camera, Lights, Object};
 use super::sheets;
 use super::strokes::{arrow, line, seen};
-use super::workshop::{Shot, Workshop, number, shown};
+use super::workshop::{Shot, Workshop, number};
+use crate::measure::shown;
 
 /// A coarse grid as published: six directions, weighted by the angle.
 const OPTIONS: &str = "--grid-spacing 0.935 --grid-basis axes6 --grid-lobe angle";

@@ -26,13 +26,12 @@ mod surfaces;
 mod workshop;
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
 use clap::{Args, ValueEnum};
 
-use crate::measure::machine;
+use crate::measure::{machine, note};
 use crate::program::Program;
 use workshop::Workshop;
 
@@ -150,8 +149,4 @@ pub(crate) fn run(flags: &Flags, root: &Path) -> anyhow::Result<()> {
         page::publish(&flags.out, &root.join("docs"))?;
     }
     note(&format!("all is in {}", flags.out.display()))
-}
-
-fn note(line: &str) -> anyhow::Result<()> {
-    Ok(writeln!(std::io::stderr(), "{line}")?)
 }

@@ -6,7 +6,8 @@ use serde_json::json;
 use super::Values;
 use super::setups::{Camera, Lights, Object, lamp, setup};
 use super::sheets;
-use super::workshop::{Shot, Workshop, shown};
+use super::workshop::{Shot, Workshop};
+use crate::measure::shown;
 
 /// The scene: a room with a red and a green wall.
 const ROOM: &str = "cornell_empty";

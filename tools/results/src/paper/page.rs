@@ -5,8 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 
 use super::Values;
-use super::workshop::write_whole;
-use crate::documents::filled_by;
+use crate::documents::{filled_by, write_whole};
 
 const PAGE: &str = "paper-figures.md";
 

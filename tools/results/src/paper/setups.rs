@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::workshop::{Workshop, shown};
+use super::workshop::Workshop;
+use crate::measure::shown;
 
 /// A camera.
 #[derive(Clone, Copy, Debug)]

@@ -10,7 +10,7 @@ use probelight_eval::{ImageView, ssim};
 use probelight_render::contact_sheet::ContactSheetRow;
 use probelight_render::{ContactSheet, DisplayImage, Image, ToneMap};
 
-use super::workshop::write_whole;
+use crate::documents::write_whole;
 
 /// A rectangle of a picture, pixels: left, top, width, height.
 pub(crate) type Cut = [u32; 4];

@@ -1,5 +1,7 @@
 //! Figures 17 and 18: what levels of detail save.
 
+use std::path::Path;
+
 use plotters::prelude::SeriesLabelPosition;
 use serde_json::Value;
 
@@ -7,7 +9,7 @@ use super::Values;
 use super::chart::{Panel, Series, draw};
 use super::levels::Comparison;
 use super::workshop::{Workshop, number};
-use crate::lookup::grouped;
+use crate::lookup::{as_block, grouped};
 use crate::tables::Table;
 
 /// The fastest of the paper's six settings: SSIM and speed-up.
@@ -22,35 +24,54 @@ const PRESETS: [(&str, &[&str]); 2] = [
 /// Makes figure 17: bytes, time and speed-up against similarity.
 pub(crate) fn against_similarity(workshop: &Workshop) -> anyhow::Result<Values> {
     let mut table = Table::new(["levels", "SSIM:", "bytes:", "times fewer bytes:", "time:", "times faster:"]);
-    let [mut bytes, mut savings] = [const { Vec::new() }; 2];
+    let mut curves = Curves::default();
     for (name, levels) in PRESETS {
         let rows = compare(workshop, &format!("figure-17_{name}"), "atrium", "", levels, "")?;
         for row in &rows {
             table.row(speed_row(row)?);
         }
         let shown = if name == "low" { "high, medium, low and nearer" } else { "published and nearer" };
-        bytes.push(series(shown, &rows, "/ssim", |row| Ok(1e-6 * number(row, "/bytes")?))?);
-        savings.push(series(shown, &rows, "/ssim", fewer_bytes)?);
-        savings
-            .push(series(&format!("{shown}, time"), &rows, "/ssim", |row| number(row, "/speedup"))?.dotted());
+        curves.add(shown, &rows, "/ssim")?;
     }
-    savings.push(Series::new("[SED], fastest, time", vec![FASTEST_PUBLISHED]));
-    let panels = [
-        Panel {
-            x: "SSIM to no levels of detail",
-            y: "MB of matrices a frame",
-            series: bytes,
-            legend: SeriesLabelPosition::LowerLeft,
-        },
-        Panel {
-            x: "SSIM to no levels of detail",
-            y: "times fewer bytes; times faster (open)",
-            series: savings,
-            legend: SeriesLabelPosition::UpperLeft,
-        },
-    ];
-    draw(&panels, &workshop.image("figure-17.svg"))?;
-    Ok(Values::from([("table speed".into(), format!("\n\n{}\n\n", table.markdown().trim_end()))]))
+    curves.savings.push(Series::new("[SED], fastest, time", vec![FASTEST_PUBLISHED]));
+    let legends = [SeriesLabelPosition::LowerLeft, SeriesLabelPosition::UpperLeft];
+    curves.draw("SSIM to no levels of detail", legends, &workshop.image("figure-17.svg"))?;
+    Ok(Values::from([("table speed".into(), as_block(&table.markdown()))]))
+}
+
+/// What levels of detail read and save, against something.
+#[derive(Default)]
+struct Curves {
+    /// Megabytes.
+    bytes: Vec<Series>,
+    /// Times fewer bytes, and times faster.
+    savings: Vec<Series>,
+}
+
+impl Curves {
+    /// Adds rows of `eval-lod`; `x` is the field that they are set against.
+    fn add(&mut self, name: &str, rows: &[Value], x: &str) -> anyhow::Result<()> {
+        self.bytes.push(series(name, rows, x, |row| Ok(1e-6 * number(row, "/bytes")?))?);
+        self.savings.push(series(name, rows, x, fewer_bytes)?);
+        let time = |row: &Value| number(row, "/speedup");
+        self.savings.push(series(&format!("{name}, time"), rows, x, time)?.dotted());
+        Ok(())
+    }
+
+    /// Draws both side by side.
+    fn draw(self, x: &str, legends: [SeriesLabelPosition; 2], path: &Path) -> anyhow::Result<()> {
+        let [of_bytes, of_savings] = legends;
+        let panels = [
+            Panel { x, y: "MB of matrices a frame", series: self.bytes, legend: of_bytes },
+            Panel {
+                x,
+                y: "times fewer bytes; times faster (open)",
+                series: self.savings,
+                legend: of_savings,
+            },
+        ];
+        draw(&panels, path)
+    }
 }
 
 /// Numbers of receivers of figure 18, as options of the bake.
@@ -78,32 +99,16 @@ pub(crate) fn against_receivers(workshop: &Workshop) -> anyhow::Result<Values> {
             rows.push(row);
         }
     }
-    let all = |row: &Value| Ok(1e-6 * number(row, "/bytes_all")?);
-    let [mut bytes, mut savings] = [const { Vec::new() }; 2];
+    let mut curves = Curves::default();
     for (name, rows) in ["published levels", "low"].into_iter().zip(&of_levels) {
-        bytes.push(series(name, rows, "/receivers_all", |row| Ok(1e-6 * number(row, "/bytes")?))?);
-        savings.push(series(name, rows, "/receivers_all", fewer_bytes)?);
-        let time = |row: &Value| number(row, "/speedup");
-        savings.push(series(&format!("{name}, time"), rows, "/receivers_all", time)?.dotted());
+        curves.add(name, rows, "/receivers_all")?;
     }
     // Last, so that the others have the same colours in both charts.
-    bytes.push(series("no levels of detail", &of_levels[0], "/receivers_all", all)?);
-    let panels = [
-        Panel {
-            x: "receivers",
-            y: "MB of matrices a frame",
-            series: bytes,
-            legend: SeriesLabelPosition::UpperLeft,
-        },
-        Panel {
-            x: "receivers",
-            y: "times fewer bytes; times faster (open)",
-            series: savings,
-            legend: SeriesLabelPosition::UpperRight,
-        },
-    ];
-    draw(&panels, &workshop.image("figure-18.svg"))?;
-    Ok(Values::from([("table receivers".into(), format!("\n\n{}\n\n", table.markdown().trim_end()))]))
+    let all = |row: &Value| Ok(1e-6 * number(row, "/bytes_all")?);
+    curves.bytes.push(series("no levels of detail", &of_levels[0], "/receivers_all", all)?);
+    let legends = [SeriesLabelPosition::UpperLeft, SeriesLabelPosition::UpperRight];
+    curves.draw("receivers", legends, &workshop.image("figure-18.svg"))?;
+    Ok(Values::from([("table receivers".into(), as_block(&table.markdown()))]))
 }
 
 /// Compares levels with none while the camera moves through a scene.

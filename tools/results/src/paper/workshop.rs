@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use serde_json::{Value, json};
 
+use crate::documents::write_whole;
+use crate::measure::{note, shown};
 use crate::program::Program;
 
 /// Where figures are made.
@@ -124,7 +126,7 @@ impl Workshop {
         if let Some(report) = report_of(&kept, &inputs).filter(|_| is_there) {
             return Ok(report);
         }
-        super::note(&format!("  {}", name.replace('_', " ")))?;
+        note(&format!("  {}", name.replace('_', " ")))?;
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         let report = self.program.run(&arguments)?.report;
         write_whole(&kept, json!({ "inputs": inputs, "report": report }).to_string().as_bytes())?;
@@ -159,20 +161,6 @@ fn report_of(kept: &Path, inputs: &[String]) -> Option<Value> {
 fn existing(path: PathBuf) -> anyhow::Result<PathBuf> {
     ensure!(path.exists(), "{} does not exist", path.display());
     Ok(path)
-}
-
-/// Writes a file as a whole.
-pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let mut unfinished = path.as_os_str().to_owned();
-    unfinished.push(".unfinished");
-    std::fs::write(&unfinished, bytes)
-        .and_then(|()| std::fs::rename(&unfinished, path))
-        .with_context(|| format!("cannot write {}", path.display()))
-}
-
-/// A path as an argument.
-pub(crate) fn shown(path: &Path) -> String {
-    path.display().to_string()
 }
 
 /// A number of a report.
