@@ -56,7 +56,7 @@ impl Caster {
         });
         let object_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("shadow views and objects"),
-            entries: &[(1, UNIFORM), (3, STORAGE), (4, UNIFORM)].map(entry),
+            entries: &[(1, UNIFORM), (4, STORAGE), (5, UNIFORM)].map(entry),
         });
         let views = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("shadow views"),
@@ -104,7 +104,7 @@ impl Caster {
         moving: &MovingGeometry,
     ) -> wgpu::BindGroup {
         queue.write_buffer(&self.object_count, 0, bytemuck::bytes_of(&[moving.count, 0, 0, 0]));
-        let buffers = [(1, &self.view_buffer), (3, &moving.placements), (4, &self.object_count)];
+        let buffers = [(1, &self.view_buffer), (4, &moving.placements), (5, &self.object_count)];
         let entries = buffers
             .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
         device.create_bind_group(&wgpu::BindGroupDescriptor {

@@ -31,6 +31,7 @@
 //! | [`grid_tables`] | the grid in free space, for shaders |
 //! | [`moving_geometry`] | the triangles of objects, and where these are |
 //! | [`shadow_views`] | what each light sees the scene through; light records |
+//! | `eye_views` | views of lights that are fitted to what a picture shows |
 //! | [`shadow_maps`] | depth as lights see it (drawn by `cast_shadows`); visibility for any shader |
 //! | [`shaders`] | sources to build shaders from |
 //! | [`readback`] | copies to the CPU, for pictures and tests |
@@ -46,6 +47,7 @@ mod converge;
 pub mod device;
 mod dilate_lightmap;
 mod exchange;
+mod eye_views;
 mod fill_receivers;
 pub mod filled_buffer;
 pub mod frame_buffers;

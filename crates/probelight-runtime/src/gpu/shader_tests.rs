@@ -11,6 +11,7 @@ use super::cast_shadows::AlphaTestRecord;
 use super::choose_work::{ClusterWish, ProbeState, ProbeWish, WorkRules};
 use super::cluster_shards::{ClusterRecord, GATHER_BLOCK, GatherTask};
 use super::dilate_lightmap::TexelCopy;
+use super::eye_views::{EYE_VIEWS, MAX_EYE_VIEWS};
 use super::frame_buffers::SignalShape;
 use super::frame_extents::ProbeRecord;
 use super::frame_work::FrameFlags;
@@ -21,8 +22,8 @@ use super::moving_geometry::PlacementRecord;
 use super::reflection::{Layout, Partners, parse, record, workgroup_size, write_for_direct3d_and_metal};
 use super::shaders;
 use super::shadow_views::{
-    DIRECTIONAL_LIGHT, DIRECTIONAL_VIEWS_PER_SIDE, EYE_VIEWS, GUARD_TEXELS, LightRecord, LightsRecord,
-    MAX_SHADOW_VIEWS, NO_VIEW, POINT_LIGHT, SPOT_LIGHT, ShadowViewRecord,
+    DIRECTIONAL_LIGHT, DIRECTIONAL_VIEWS_PER_SIDE, GUARD_TEXELS, LightRecord, LightsRecord, MAX_SHADOW_VIEWS,
+    NO_VIEW, POINT_LIGHT, SPOT_LIGHT, ShadowViewRecord,
 };
 use super::stage_shaders::STAGE_SHADERS;
 use super::surfel_groups::{GroupRecord, Levels};
@@ -207,6 +208,7 @@ fn partners() -> Partners {
             ("MAX_SHADOW_VIEWS", MAX_SHADOW_VIEWS as f64),
             ("DIRECTIONAL_VIEWS_PER_SIDE", f64::from(DIRECTIONAL_VIEWS_PER_SIDE)),
             ("GUARD_TEXELS", f64::from(GUARD_TEXELS)),
+            ("MAX_EYE_VIEWS", MAX_EYE_VIEWS as f64),
             ("EYE_VIEWS", EYE_VIEWS as f64),
             ("NO_VIEW", f64::from(NO_VIEW)),
             ("DIRECTIONAL_LIGHT", f64::from(DIRECTIONAL_LIGHT)),

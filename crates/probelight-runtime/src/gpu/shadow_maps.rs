@@ -3,7 +3,7 @@
 //! One depth texture holds all views of all lights as its layers, see `shadow_views.rs`. Shaders get
 //! it, and the lights themselves, as bind group 0 and call `light_visibility` of `shadow_maps.wgsl`. Maps are only drawn
 //! again when lights change. Where objects move, a second texture keeps the maps without them: each frame begins with a
-//! copy of it.
+//! copy of it. Views for an eye (`eye_views.rs`) have a texture of their own: what lights the scene does not depend on it.
 
 use bytemuck::Zeroable;
 use probelight_scene::{Camera, Light};
@@ -11,10 +11,11 @@ use probelight_scene::{Camera, Light};
 use super::bindings::{UNIFORM, bind, layout};
 use super::cast_shadows::{Caster, DEPTH_FORMAT};
 use super::device::{GpuError, checked};
+use super::eye_views::{EyeViews, MAX_EYE_VIEWS, eye_view_count};
 use super::moving_geometry::MovingGeometry;
 use super::scene_geometry::SceneGeometry;
 use super::shadow_views::{
-    LightsRecord, MAX_SHADOW_VIEWS, ShadowViewRecord, eye_view_count, eye_views, light_records, view_count,
+    LightRecord, LightsRecord, MAX_SHADOW_VIEWS, NO_VIEW, ShadowViewRecord, light_records, view_count,
 };
 
 /// How fine shadow maps are.
@@ -25,8 +26,8 @@ pub struct ShadowMapOptions {
     /// Most memory for all views, bytes. With more views the resolution is halved until they fit, but not
     /// below 64.
     pub memory: u64,
-    /// Whether directional lights have two more views, which [`fit_to_eye`](ShadowMaps::fit_to_eye) fits to what a camera
-    /// sees: for pictures with sharp shadows nearby.
+    /// Whether the lights that matter most have two more views, as wide as [`resolution`](Self::resolution) says, which
+    /// [`fit_to_eye`](ShadowMaps::fit_to_eye) fits to what a camera sees: for pictures with sharp shadows nearby.
     pub for_eye: bool,
 }
 
@@ -43,9 +44,14 @@ const SMALLEST_RESOLUTION: u32 = 64;
 const LARGEST_RESOLUTION: u32 = 8192;
 
 impl ShadowMapOptions {
+    /// The width of a view, if there are not too many of them.
+    fn largest_resolution(&self) -> u32 {
+        self.resolution.clamp(SMALLEST_RESOLUTION, LARGEST_RESOLUTION)
+    }
+
     /// The width of each of `views` views, texels.
     fn resolution_of(&self, views: usize) -> u32 {
-        let mut resolution = self.resolution.clamp(SMALLEST_RESOLUTION, LARGEST_RESOLUTION);
+        let mut resolution = self.largest_resolution();
         let bytes = |resolution: u32| 4 * u64::from(resolution).pow(2) * views as u64;
         while bytes(resolution) > self.memory && resolution / 2 >= SMALLEST_RESOLUTION {
             resolution /= 2;
@@ -67,23 +73,25 @@ pub struct ShadowMaps {
     maps: Maps,
     /// The maps without objects, once there were any.
     still: Option<wgpu::Texture>,
-    eye: EyeViews,
+    eye: EyeMaps,
+    bind_group: wgpu::BindGroup,
 }
 
-/// The views that are fitted to an eye.
-#[derive(Debug, Default)]
-struct EyeViews {
-    records: Vec<ShadowViewRecord>,
-    /// Whether they show something else than was drawn last.
-    are_stale: bool,
-}
-
-/// What depends on the number of views.
+/// Depth in some views, each a layer of one texture.
 #[derive(Debug)]
 struct Maps {
     texture: wgpu::Texture,
+    all: wgpu::TextureView,
     layers: Vec<wgpu::TextureView>,
-    bind_group: wgpu::BindGroup,
+}
+
+/// Depth in the views for an eye.
+#[derive(Debug)]
+struct EyeMaps {
+    maps: Maps,
+    views: EyeViews,
+    /// For each view whether its layer shows something else.
+    stale: Vec<bool>,
 }
 
 impl ShadowMaps {
@@ -98,10 +106,13 @@ impl ShadowMaps {
     ) -> Result<Self, GpuError> {
         checked(device, "shadow maps", || {
             let light_buffer = uniform_buffer(device, "lights", size_of::<LightsRecord>());
-            let views_size = size_of::<ShadowViewRecord>() * MAX_SHADOW_VIEWS;
+            let views_size = size_of::<ShadowViewRecord>() * (MAX_SHADOW_VIEWS + MAX_EYE_VIEWS);
             let view_buffer = uniform_buffer(device, "shadow views", views_size);
             let layout = lights_layout(device);
-            let maps = Maps::new(device, &layout, [&light_buffer, &view_buffer], 64, 0);
+            let maps = Maps::new(device, SMALLEST_RESOLUTION, 0);
+            let eye = EyeMaps::new(device, SMALLEST_RESOLUTION, 0);
+            let resources = [light_buffer.as_entire_binding(), view_buffer.as_entire_binding()];
+            let bind_group = bind_maps(device, &layout, resources, [&maps, &eye.maps]);
             let caster = Caster::new(device, geometry, &view_buffer);
             let lights = Vec::new();
             Ok(Self {
@@ -114,7 +125,8 @@ impl ShadowMaps {
                 caster,
                 maps,
                 still: None,
-                eye: EyeViews::default(),
+                eye,
+                bind_group,
             })
         })
     }
@@ -132,7 +144,7 @@ impl ShadowMaps {
 
     /// Lights and maps for shaders. Another one after [`set_lights`](Self::set_lights).
     pub fn bind_group(&self) -> &wgpu::BindGroup {
-        &self.maps.bind_group
+        &self.bind_group
     }
 
     /// Changes the lights. Nothing happens if they are the same.
@@ -149,45 +161,68 @@ impl ShadowMaps {
         if lights == self.lights {
             return Ok(());
         }
-        let shared = view_count(lights);
-        let needed = shared + if self.options.for_eye { eye_view_count(lights) } else { 0 };
+        let needed = view_count(lights);
         if needed > MAX_SHADOW_VIEWS {
             return Err(GpuError::TooManyLights { lights: lights.len(), needed, limit: MAX_SHADOW_VIEWS });
         }
         let resolution = self.options.resolution_of(needed);
-        if needed != self.maps.layers.len() || resolution != self.maps.texture.width() {
-            let buffers = [&self.light_buffer, &self.view_buffer];
-            self.maps = checked(device, "shadow maps", || {
-                Ok(Maps::new(device, &self.layout, buffers, resolution, needed))
-            })?;
-        }
-        let (records, views) = light_records(lights, &geometry.bounds, resolution, self.options.for_eye);
+        self.make_room(device, resolution, lights)?;
+        let (records, views) = light_records(lights, &geometry.bounds, resolution);
         let mut record = LightsRecord { count: records.len() as u32, ..LightsRecord::zeroed() };
         record.list[..records.len()].copy_from_slice(&records);
         queue.write_buffer(&self.light_buffer, 0, bytemuck::bytes_of(&record));
         queue.write_buffer(&self.view_buffer, 0, bytemuck::cast_slice(&views));
         self.lights = lights.to_vec();
         self.is_stale = true;
-        // Until an eye says what it sees, nothing lies in its views.
-        self.eye.records.clear();
-        self.set_eye(queue, geometry, None);
+        // Until an eye says what it sees, there are no views for it.
+        self.eye.views = EyeViews { records: Vec::new(), first: vec![NO_VIEW; lights.len()] };
         Ok(())
     }
 
-    /// Gives the views for the eye another place. Nothing happens if it is the same.
-    fn set_eye(&mut self, queue: &wgpu::Queue, geometry: &SceneGeometry, eye: Option<&Camera>) {
-        if !self.options.for_eye {
-            return;
+    /// Replaces textures that have another size than views of lights need.
+    fn make_room(
+        &mut self,
+        device: &wgpu::Device,
+        resolution: u32,
+        lights: &[Light],
+    ) -> Result<(), GpuError> {
+        let needed = view_count(lights);
+        let for_eye = if self.options.for_eye { eye_view_count(lights) } else { 0 };
+        let are_fit = self.maps.are(resolution, needed);
+        let eyes_are_fit = self.eye.maps.layers.len() >= for_eye;
+        if are_fit && eyes_are_fit {
+            return Ok(());
         }
-        let views = eye_views(&self.lights, &geometry.bounds, self.maps.texture.width(), eye);
-        if views != self.eye.records {
-            let first = view_count(&self.lights) * size_of::<ShadowViewRecord>();
-            queue.write_buffer(&self.view_buffer, first as u64, bytemuck::cast_slice(&views));
-            self.eye = EyeViews { records: views, are_stale: true };
-        }
+        checked(device, "shadow maps", || {
+            if !are_fit {
+                self.maps = Maps::new(device, resolution, needed);
+            }
+            if !eyes_are_fit {
+                self.eye = EyeMaps::new(device, self.options.largest_resolution(), for_eye);
+            }
+            let resources = [self.light_buffer.as_entire_binding(), self.view_buffer.as_entire_binding()];
+            self.bind_group = bind_maps(device, &self.layout, resources, [&self.maps, &self.eye.maps]);
+            Ok(())
+        })
     }
 
-    /// Draws the maps of directional lights that are fitted to what a camera sees, if it sees something else than before, or
+    /// Gives the views for the eye another place. Nothing happens to those that stay.
+    fn set_eye(&mut self, queue: &wgpu::Queue, geometry: &SceneGeometry, eye: &Camera) {
+        let views = EyeViews::new(&self.lights, &geometry.bounds, self.options.largest_resolution(), eye);
+        if views == self.eye.views {
+            return;
+        }
+        let first = MAX_SHADOW_VIEWS * size_of::<ShadowViewRecord>();
+        queue.write_buffer(&self.view_buffer, first as u64, bytemuck::cast_slice(&views.records));
+        let pairs = views.first.iter().zip(&self.eye.views.first).enumerate();
+        for (light, (view, _)) in pairs.filter(|(_, (new, old))| new != old) {
+            let record = light * size_of::<LightRecord>() + std::mem::offset_of!(LightRecord, eye_view);
+            queue.write_buffer(&self.light_buffer, record as u64, bytemuck::bytes_of(view));
+        }
+        self.eye.replace_views(views);
+    }
+
+    /// Draws the maps of those lights that are fitted to what a camera sees, as far as it sees something else than before, or
     /// lights or objects changed. Goes between [`encode_with_objects`](Self::encode_with_objects) and the picture; of one
     /// submission only the last eye counts. Without [`ShadowMapOptions::for_eye`] there are none.
     pub fn fit_to_eye(
@@ -199,23 +234,23 @@ impl ShadowMaps {
         moving: &MovingGeometry,
         eye: &Camera,
     ) {
-        self.set_eye(queue, geometry, Some(eye));
-        if !std::mem::replace(&mut self.eye.are_stale, false) {
+        if !self.options.for_eye {
             return;
         }
-        let first = view_count(&self.lights);
+        self.set_eye(queue, geometry, eye);
+        let stale: Vec<usize> = (0..self.eye.stale.len()).filter(|view| self.eye.stale[*view]).collect();
+        self.eye.stale.fill(false);
+        if stale.is_empty() {
+            return;
+        }
         let objects = (moving.count > 0).then(|| self.caster.bind_objects(device, queue, moving));
-        for (view, layer) in self.maps.layers.iter().enumerate().skip(first) {
-            self.caster.draw(encoder, geometry, layer, view as u32);
+        for layer in stale {
+            let (view, layer) = ((MAX_SHADOW_VIEWS + layer) as u32, &self.eye.maps.layers[layer]);
+            self.caster.draw(encoder, geometry, layer, view);
             if let Some(bound) = &objects {
-                self.caster.draw_objects(encoder, moving, bound, layer, view as u32);
+                self.caster.draw_objects(encoder, moving, bound, layer, view);
             }
         }
-    }
-
-    /// The layers that do not depend on who looks.
-    fn shared_layers(&self) -> &[wgpu::TextureView] {
-        &self.maps.layers[..view_count(&self.lights)]
     }
 
     /// Draws the maps if lights changed since they were drawn last.
@@ -223,10 +258,10 @@ impl ShadowMaps {
         if !std::mem::replace(&mut self.is_stale, false) {
             return;
         }
-        for (view, layer) in self.shared_layers().iter().enumerate() {
+        for (view, layer) in self.maps.layers.iter().enumerate() {
             self.caster.draw(encoder, geometry, layer, view as u32);
         }
-        self.eye.are_stale = true;
+        self.eye.stale.fill(true);
         self.still = None;
     }
 
@@ -245,7 +280,7 @@ impl ShadowMaps {
         if !(are_new || moved) || self.maps.layers.is_empty() {
             return;
         }
-        self.eye.are_stale = true;
+        self.eye.stale.fill(true);
         let all = self.maps.texture.size();
         match &self.still {
             Some(still) => {
@@ -268,7 +303,7 @@ impl ShadowMaps {
         }
         if moving.count > 0 {
             let bound = self.caster.bind_objects(device, queue, moving);
-            for (view, layer) in self.shared_layers().iter().enumerate() {
+            for (view, layer) in self.maps.layers.iter().enumerate() {
                 self.caster.draw_objects(encoder, moving, &bound, layer, view as u32);
             }
         }
@@ -293,13 +328,7 @@ fn depth_texture(device: &wgpu::Device, size: wgpu::Extent3d) -> wgpu::Texture {
 }
 
 impl Maps {
-    fn new(
-        device: &wgpu::Device,
-        layout: &wgpu::BindGroupLayout,
-        [lights, views]: [&wgpu::Buffer; 2],
-        resolution: u32,
-        layers: usize,
-    ) -> Self {
+    fn new(device: &wgpu::Device, resolution: u32, layers: usize) -> Self {
         // A texture has at least one layer, and an array at least two on some backends' word.
         let depth_or_array_layers = layers.max(2) as u32;
         let size = wgpu::Extent3d { width: resolution, height: resolution, depth_or_array_layers };
@@ -316,11 +345,36 @@ impl Maps {
                 ..wgpu::TextureViewDescriptor::default()
             })
         };
-        let resources =
-            [lights.as_entire_binding(), views.as_entire_binding(), wgpu::BindingResource::TextureView(&all)];
-        let bind_group = bind(device, "lights", layout, resources);
-        Self { layers: (0..layers as u32).map(layer).collect(), bind_group, texture }
+        Self { layers: (0..layers as u32).map(layer).collect(), all, texture }
     }
+
+    fn are(&self, resolution: u32, layers: usize) -> bool {
+        self.layers.len() == layers && self.texture.width() == resolution
+    }
+}
+
+impl EyeMaps {
+    fn new(device: &wgpu::Device, resolution: u32, layers: usize) -> Self {
+        Self { maps: Maps::new(device, resolution, layers), views: EyeViews::default(), stale: Vec::new() }
+    }
+
+    /// Notes which layers are to be drawn again for new views.
+    fn replace_views(&mut self, views: EyeViews) {
+        let is_drawn =
+            |(i, view): (usize, &ShadowViewRecord)| self.views.records.get(i) == Some(view) && !self.stale[i];
+        self.stale = views.records.iter().enumerate().map(|view| !is_drawn(view)).collect();
+        self.views = views;
+    }
+}
+
+fn bind_maps(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    [lights, views]: [wgpu::BindingResource<'_>; 2],
+    [maps, eye]: [&Maps; 2],
+) -> wgpu::BindGroup {
+    let [maps, eye] = [maps, eye].map(|maps| wgpu::BindingResource::TextureView(&maps.all));
+    bind(device, "lights", layout, [lights, views, maps, eye])
 }
 
 fn lights_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
@@ -330,7 +384,7 @@ fn lights_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         view_dimension: wgpu::TextureViewDimension::D2Array,
         multisampled: false,
     };
-    layout(device, "lights", [UNIFORM, UNIFORM, depth].map(|ty| (ty, stages)))
+    layout(device, "lights", [UNIFORM, UNIFORM, depth, depth].map(|ty| (ty, stages)))
 }
 
 fn uniform_buffer(device: &wgpu::Device, label: &str, size: usize) -> wgpu::Buffer {

@@ -6,14 +6,13 @@
 //!  point         6 perspective views, the faces of a cube
 //! ```
 //!
-//! Behind these come, if pictures are to have them, two for each directional light that are fitted to the view of an
-//! eye.
+//! What pictures need besides, views that are fitted to what an eye sees, is in [`eye_views`](super::eye_views).
 //!
 //! Each view is a little wider than its share, so that a filter's taps never leave it: no seams.
 
 use bytemuck::{Pod, Zeroable};
-use probelight_math::glam::{Mat4, Vec3, Vec4};
-use probelight_scene::{Bounds, Camera, Light};
+use probelight_math::glam::{Mat4, Vec2, Vec3, Vec4};
+use probelight_scene::{Bounds, Light};
 
 /// Most shadow maps at a time, and so most lights: every GPU can hold a texture of 256 layers.
 pub const MAX_SHADOW_VIEWS: usize = 256;
@@ -21,14 +20,8 @@ pub const MAX_SHADOW_VIEWS: usize = 256;
 /// A directional light has this many views along each side of its map.
 pub(super) const DIRECTIONAL_VIEWS_PER_SIDE: u32 = 2;
 
-/// A directional light has so many views that are fitted to the view of the eye, from fine to coarse.
-pub(super) const EYE_VIEWS: usize = 2;
-
 /// Stands for no view.
 pub const NO_VIEW: u32 = u32::MAX;
-
-/// How far from the eye its views reach, as shares of the scene's diagonal.
-const EYE_REACHES: [f32; EYE_VIEWS] = [1.0 / 32.0, 1.0 / 8.0];
 
 /// Texels along each border of a view that belong to its neighbours: two that the bias can move a lookup, one and a
 /// half that the filter reaches.
@@ -63,7 +56,7 @@ pub struct LightRecord {
     pub view_count: u32, //      52
     /// 1 / range², 1/m²; 0 for light without end.
     pub inverse_squared_range: f32, // 56
-    /// The first of its views for the eye, or [`NO_VIEW`].
+    /// The first of its views among those for the eye, or [`NO_VIEW`].
     pub eye_view: u32, //        60
 }
 
@@ -111,72 +104,8 @@ fn views_of(light: &Light) -> usize {
     }
 }
 
-/// Number of views for the eye that lights need.
-pub(super) fn eye_view_count(lights: &[Light]) -> usize {
-    EYE_VIEWS * lights.iter().filter(|light| matches!(light, Light::Directional { .. })).count()
-}
-
-/// The views of all directional lights for an eye, one light's after the other's; without an eye such that nothing lies in
-/// them.
-///
-/// Each holds a ball around what the eye sees up to some distance: it keeps its size when the eye turns. It moves by whole
-/// texels, so that the edges of shadows stand still.
-pub(super) fn eye_views(
-    lights: &[Light],
-    bounds: &Bounds,
-    resolution: u32,
-    eye: Option<&Camera>,
-) -> Vec<ShadowViewRecord> {
-    let mut views = Vec::new();
-    for light in lights {
-        let Light::Directional { direction, .. } = light else { continue };
-        for reach in EYE_REACHES {
-            let ball = eye.map(|eye| ball_in_view(eye, reach * bounds.diagonal()));
-            views.push(ball.map_or(nowhere(*direction), |(center, radius)| {
-                eye_view(*direction, bounds, resolution, center, radius)
-            }));
-        }
-    }
-    views
-}
-
-/// The smallest ball around the eye and the corners of what it sees up to a distance: middle and radius.
-fn ball_in_view(eye: &Camera, reach: f32) -> (Vec3, f32) {
-    let forward = (eye.target - eye.position).normalize_or(-Vec3::Z);
-    let half_height = (0.5 * eye.vertical_fov).tan();
-    let half_width = half_height * eye.width as f32 / eye.height.max(1) as f32;
-    let squared_slant = half_height * half_height + half_width * half_width;
-    // Corners and eye are equally far from the middle; of a wide view the middle is that of its far end.
-    let share = (0.5 * (1.0 + squared_slant)).min(1.0);
-    let radius = if share < 1.0 { share } else { squared_slant.sqrt() };
-    (eye.position + forward * share * reach, radius * reach)
-}
-
-fn eye_view(
-    direction: Vec3,
-    bounds: &Bounds,
-    resolution: u32,
-    center: Vec3,
-    radius: f32,
-) -> ShadowViewRecord {
-    let (right, up) = direction.any_orthonormal_pair();
-    let texel_width = 2.0 * radius / (resolution - 2 * GUARD_TEXELS) as f32;
-    let scale = 2.0 / (resolution as f32 * texel_width);
-    let row = |axis: Vec3| {
-        let snapped = (axis.dot(center) / texel_width).round() * texel_width;
-        (axis * scale).extend(-snapped * scale)
-    };
-    let rows = [row(right), row(up), depth_row(direction, bounds), Vec4::W];
-    record(rows, direction, texel_width)
-}
-
-/// A view in which nothing lies.
-fn nowhere(direction: Vec3) -> ShadowViewRecord {
-    record([Vec4::W * 9.0, Vec4::W * 9.0, Vec4::W, Vec4::W], direction, 1.0)
-}
-
 /// Depth along a direction: 1 before the scene, 0 behind it.
-fn depth_row(direction: Vec3, bounds: &Bounds) -> Vec4 {
+pub(super) fn depth_row(direction: Vec3, bounds: &Bounds) -> Vec4 {
     let depth = direction.dot(0.5 * (bounds.min + bounds.max));
     let half_depth = (0.5 * direction.abs().dot(bounds.size())).max(f32::MIN_POSITIVE);
     // A little room in front and behind, for rounding and for points moved off surfaces.
@@ -184,15 +113,13 @@ fn depth_row(direction: Vec3, bounds: &Bounds) -> Vec4 {
     (-direction * scale).extend(0.5 + depth * scale)
 }
 
-/// The records of lights that shine on a scene within `bounds`, their views `resolution` texels wide. Their views for the eye,
-/// if they have some, come behind all others.
+/// The records of lights that shine on a scene within `bounds`, their views `resolution` texels wide. They have none for an
+/// eye.
 pub(super) fn light_records(
     lights: &[Light],
     bounds: &Bounds,
     resolution: u32,
-    for_eye: bool,
 ) -> (Vec<LightRecord>, Vec<ShadowViewRecord>) {
-    let mut next_eye_view = view_count(lights) as u32;
     let (mut records, mut views) = (Vec::new(), Vec::new());
     for light in lights {
         let first_view = views.len() as u32;
@@ -202,22 +129,17 @@ pub(super) fn light_records(
                 views.extend(directional_views(*direction, bounds, resolution));
             }
             Light::Spot { position, direction, outer_angle, .. } if view_count == 1 => {
-                views.push(perspective_view(*position, *direction, *outer_angle, bounds, resolution));
+                let cone = Window::around(*direction, outer_angle.tan());
+                views.push(perspective_view(*position, &cone, bounds, resolution));
             }
             Light::Point { position, .. } | Light::Spot { position, .. } => {
                 let faces = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
-                let half_angle = std::f32::consts::FRAC_PI_4;
-                views.extend(
-                    faces.map(|axis| perspective_view(*position, axis, half_angle, bounds, resolution)),
-                );
+                let face = |axis| perspective_view(*position, &Window::around(axis, 1.0), bounds, resolution);
+                views.extend(faces.map(face));
             }
         }
-        let mut eye_view = NO_VIEW;
-        if for_eye && matches!(light, Light::Directional { .. }) {
-            eye_view = next_eye_view;
-            next_eye_view += EYE_VIEWS as u32;
-        }
-        records.push(LightRecord { first_view, view_count, eye_view, ..record_without_views(light) });
+        let of_light = record_without_views(light);
+        records.push(LightRecord { first_view, view_count, eye_view: NO_VIEW, ..of_light });
     }
     (records, views)
 }
@@ -285,25 +207,42 @@ fn directional_views(direction: Vec3, bounds: &Bounds, resolution: u32) -> Vec<S
         .collect()
 }
 
-/// A square view from `position` along `axis` (unit) that holds all directions within `half_angle` of it along
-/// each side. Depth is near / distance, without a farthest one.
-fn perspective_view(
+/// A square through which a lamp looks, in the plane at distance one across `axis`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Window {
+    /// Unit vector.
+    pub(super) axis: Vec3,
+    /// Its middle along the two vectors that `axis.any_orthonormal_pair()` has.
+    pub(super) middle: Vec2,
+    /// Half its width: the tangent of an angle where the middle is on the axis.
+    pub(super) half_width: f32,
+}
+
+impl Window {
+    fn around(axis: Vec3, half_width: f32) -> Self {
+        Self { axis, middle: Vec2::ZERO, half_width }
+    }
+}
+
+/// The view from `position` through a window. Depth is near / distance, without a farthest one.
+pub(super) fn perspective_view(
     position: Vec3,
-    axis: Vec3,
-    half_angle: f32,
+    window: &Window,
     bounds: &Bounds,
     resolution: u32,
 ) -> ShadowViewRecord {
+    let Window { axis, middle, half_width } = *window;
     let (right, up) = axis.any_orthonormal_pair();
     let resolution = resolution as f32;
-    let half_width = half_angle.tan() * resolution / (resolution - 2.0 * GUARD_TEXELS as f32);
+    let with_guard = half_width * resolution / (resolution - 2.0 * GUARD_TEXELS as f32);
     let near = NEAR_PER_DIAGONAL * bounds.diagonal();
     let row = |v: Vec3| v.extend(-v.dot(position));
-    let rows = [row(right / half_width), row(up / half_width), Vec4::W * near, row(axis)];
-    record(rows, axis, 2.0 * half_width / resolution)
+    let across = |v: Vec3, middle: f32| row((v - axis * middle) / with_guard);
+    let rows = [across(right, middle.x), across(up, middle.y), Vec4::W * near, row(axis)];
+    record(rows, axis, 2.0 * with_guard / resolution)
 }
 
-fn record(rows: [Vec4; 4], axis: Vec3, texel_width: f32) -> ShadowViewRecord {
+pub(super) fn record(rows: [Vec4; 4], axis: Vec3, texel_width: f32) -> ShadowViewRecord {
     let [x, y, z, w] = rows;
     let clip_from_world = Mat4::from_cols(x, y, z, w).transpose().to_cols_array_2d();
     ShadowViewRecord { clip_from_world, axis: axis.to_array(), texel_width }
@@ -311,7 +250,6 @@ fn record(rows: [Vec4; 4], axis: Vec3, texel_width: f32) -> ShadowViewRecord {
 
 #[cfg(test)]
 mod tests {
-    use probelight_math::glam::Vec2;
     use probelight_math::sampling::Rng;
 
     use super::*;
@@ -344,7 +282,7 @@ mod tests {
         ];
         let mut rng = Rng::new(1, 0);
         for light in lights {
-            let (_, views) = light_records(std::slice::from_ref(&light), &bounds(), RESOLUTION, false);
+            let (_, views) = light_records(std::slice::from_ref(&light), &bounds(), RESOLUTION);
             for _ in 0..1000 {
                 let point = random_point(&mut rng);
                 let is_inside = |view: &&ShadowViewRecord| {
@@ -359,56 +297,10 @@ mod tests {
     }
 
     #[test]
-    fn views_for_the_eye_hold_what_it_sees_and_move_by_whole_texels() {
-        let direction = Vec3::new(0.3, -0.8, 0.1).normalize();
-        let sun = Light::Directional { direction, irradiance: Vec3::ONE };
-        let lamp = Light::Point { position: Vec3::ONE, intensity: Vec3::ONE, range: None };
-        let lights = [lamp, sun.clone(), sun];
-        let mut eye = Camera {
-            name: "eye".into(),
-            position: Vec3::new(1.0, 2.0, 3.0),
-            target: Vec3::new(4.0, 1.0, 3.5),
-            up: Vec3::Y,
-            vertical_fov: 0.9,
-            width: 640,
-            height: 400,
-        };
-        let views = eye_views(&lights, &bounds(), RESOLUTION, Some(&eye));
-        assert_eq!((views.len(), eye_view_count(&lights)), (4, 4));
-        let (records, others) = light_records(&lights, &bounds(), RESOLUTION, true);
-        let firsts: Vec<_> = records.iter().map(|record| record.eye_view).collect();
-        assert_eq!(firsts, [NO_VIEW, others.len() as u32, others.len() as u32 + 2]);
-        assert!(views[0].texel_width < 0.3 * views[1].texel_width);
-        for (view, reach) in views.iter().zip(EYE_REACHES) {
-            for corner in 0..4 {
-                let pixel = Vec2::new((corner % 2 * eye.width) as f32, (corner / 2 * eye.height) as f32);
-                let ray = eye.ray_direction(pixel);
-                let forward = (eye.target - eye.position).normalize();
-                for share in [0.0, 0.5, 1.0] {
-                    let point = eye.position + ray * (share * reach * bounds().diagonal() / ray.dot(forward));
-                    let ndc = project(view, point).truncate().abs().max_element();
-                    assert!(ndc < core() + 2.5 / RESOLUTION as f32, "{ndc} at {point}");
-                }
-            }
-        }
-        // Steps of the eye move the map by whole texels.
-        let fixed = Vec3::new(2.0, 1.0, 3.0);
-        let texel =
-            |views: &[ShadowViewRecord]| project(&views[0], fixed).truncate() * 0.5 * RESOLUTION as f32;
-        let before = texel(&views);
-        let turned = Vec3::new(0.017, -0.003, 0.011);
-        (eye.position, eye.target) = (eye.position + turned, eye.target + turned);
-        let moved = texel(&eye_views(&lights, &bounds(), RESOLUTION, Some(&eye))) - before;
-        assert!((moved - moved.round()).abs().max_element() < 1e-2 && moved != Vec2::ZERO, "{moved}");
-        let none = eye_views(&lights, &bounds(), RESOLUTION, None);
-        assert!(project(&none[0], fixed).truncate().min_element() > 1.0);
-    }
-
-    #[test]
     fn depth_is_between_zero_and_one_and_falls_with_distance() {
         let direction = Vec3::new(0.3, -0.8, 0.1).normalize();
         let sun = Light::Directional { direction, irradiance: Vec3::ONE };
-        let (_, views) = light_records(&[sun], &bounds(), RESOLUTION, false);
+        let (_, views) = light_records(&[sun], &bounds(), RESOLUTION);
         let mut rng = Rng::new(2, 0);
         for _ in 0..1000 {
             let point = random_point(&mut rng);
@@ -428,7 +320,7 @@ mod tests {
             outer_angle: 0.7,
             range: None,
         };
-        let (records, views) = light_records(&[spot], &bounds(), RESOLUTION, false);
+        let (records, views) = light_records(&[spot], &bounds(), RESOLUTION);
         assert_eq!((records[0].view_count, views.len()), (1, 1));
         let axis = Vec3::Z * 5.0 + Vec3::Y;
         let (right, _) = Vec3::Z.any_orthonormal_pair();

@@ -11,8 +11,8 @@ fn cast_opaque(@location(0) position: vec3f, @builtin(instance_index) view: u32)
 }
 
 // All objects, for each view once more: as many as there are in the instances before those of the view's own.
-@group(0) @binding(3) var<storage, read> placements: array<Placement>;
-@group(0) @binding(4) var<uniform> object_count: vec4u;
+@group(0) @binding(4) var<storage, read> placements: array<Placement>;
+@group(0) @binding(5) var<uniform> object_count: vec4u;
 
 fn object_clip_position(position: vec3f, instance: u32) -> vec4f {
     let object = placements[instance % object_count.x];

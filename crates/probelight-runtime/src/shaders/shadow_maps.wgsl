@@ -5,6 +5,9 @@
 
 const MAX_SHADOW_VIEWS = 256u;
 
+// Views for an eye come behind all others; they are the layers of a texture of their own.
+const MAX_EYE_VIEWS = 12u;
+
 // A directional light's map is divided into this many views along each side.
 const DIRECTIONAL_VIEWS_PER_SIDE = 2u;
 
@@ -19,8 +22,9 @@ struct ShadowView {
     texel_width: f32,
 }
 
-@group(0) @binding(1) var<uniform> shadow_views: array<ShadowView, MAX_SHADOW_VIEWS>;
+@group(0) @binding(1) var<uniform> shadow_views: array<ShadowView, MAX_SHADOW_VIEWS + MAX_EYE_VIEWS>;
 @group(0) @binding(2) var shadow_maps: texture_depth_2d_array;
+@group(0) @binding(3) var eye_shadow_maps: texture_depth_2d_array;
 
 // How far from its position a lookup compares depths, texels along the diagonal: √2 · 1½.
 const FILTER_REACH = 2.13;
@@ -39,7 +43,7 @@ const CONTACT_RANGE = 4.0;
 // A point against a wall is lit if at least this share of the texels around the foot of the wall is.
 const LIT_SHARE_AT_WALLS = 0.25;
 
-// A directional light has so many views that are fitted to the view of the eye, from fine to coarse; and what stands for
+// A light has so many views that are fitted to the view of the eye, from fine to coarse, or none; and what stands for
 // none.
 const EYE_VIEWS = 2u;
 const NO_VIEW = 0xffffffffu;
@@ -59,14 +63,16 @@ fn light_visibility_for_eye(light: Light, position: vec3f, normal: vec3f) -> f32
     if light.eye_view == NO_VIEW {
         return light_visibility(light, position, normal);
     }
-    let core = 1.0 - 2.0 * f32(GUARD_TEXELS) / f32(textureDimensions(shadow_maps).x);
+    let core = 1.0 - 2.0 * f32(GUARD_TEXELS) / f32(textureDimensions(eye_shadow_maps).x);
     var visibility = 0.0;
     // Share of the views that are still to be asked.
     var left = 1.0;
     for (var i = 0u; i < EYE_VIEWS; i++) {
-        let index = light.eye_view + i;
-        let clip = abs(shadow_views[index].clip_from_world * vec4f(position, 1.0));
-        let share = left * saturate((core - max(clip.x, clip.y)) / EYE_BLEND);
+        let index = MAX_SHADOW_VIEWS + light.eye_view + i;
+        let clip = shadow_views[index].clip_from_world * vec4f(position, 1.0);
+        // What lies behind a lamp's window is far outside.
+        let from_middle = max(abs(clip.x), abs(clip.y)) / max(clip.w, 1e-6);
+        let share = left * saturate((core - from_middle) / EYE_BLEND);
         if share > 0.0 {
             visibility += share * visibility_in(index, light, position, normal);
             left -= share;
@@ -100,6 +106,19 @@ fn visibility_in(index: u32, light: Light, position: vec3f, normal: vec3f) -> f3
     let lifted = position + normal * (texel_width * bias + rounding);
     let contact = lifted - view.axis * (CONTACT_RANGE * texel_width);
     return filtered_visibility(index, lifted, normalize(followed), contact);
+}
+
+// Width of the maps that a view's is one of, texels.
+fn map_resolution(index: u32) -> f32 {
+    return f32(select(textureDimensions(shadow_maps).x, textureDimensions(eye_shadow_maps).x, index >= MAX_SHADOW_VIEWS));
+}
+
+// Depth of the nearest surface at a texel of a view's map.
+fn nearest_depth(index: u32, at: vec2u) -> f32 {
+    if index >= MAX_SHADOW_VIEWS {
+        return textureLoad(eye_shadow_maps, at, index - MAX_SHADOW_VIEWS, 0);
+    }
+    return textureLoad(shadow_maps, at, index, 0);
 }
 
 // The view whose layer holds a point.
@@ -140,15 +159,15 @@ fn directional_view_at(light: Light, position: vec3f) -> u32 {
 // In a corner some texels hold the other wall, in front of where the plane would go on behind it. They say little about
 // the point's own surface, so texels between the plane and the depth of `contact` are left out, as long as enough others
 // are lit. Otherwise all corners would be darkened.
-fn filtered_visibility(layer: u32, position: vec3f, normal: vec3f, contact: vec3f) -> f32 {
-    let clip_from_world = shadow_views[layer].clip_from_world;
+fn filtered_visibility(index: u32, position: vec3f, normal: vec3f, contact: vec3f) -> f32 {
+    let clip_from_world = shadow_views[index].clip_from_world;
     let clip = clip_from_world * vec4f(position, 1.0);
     let ndc = clip.xyz / clip.w;
     let contact_clip = clip_from_world * vec4f(contact, 1.0);
     let contact_depth = contact_clip.z / contact_clip.w;
-    let resolution = f32(textureDimensions(shadow_maps).x);
+    let resolution = map_resolution(index);
     let texel = vec2f(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * resolution;
-    let slope = depth_slope(layer, clip, normal) * vec2f(2.0, -2.0) / resolution;
+    let slope = depth_slope(index, clip, normal) * vec2f(2.0, -2.0) / resolution;
     let middle = floor(texel);
     // From the middle of the nearest texel.
     let offset = texel - middle - 0.5;
@@ -161,7 +180,7 @@ fn filtered_visibility(layer: u32, position: vec3f, normal: vec3f, contact: vec3
         let step = vec2f(f32(tap % 3u), f32(tap / 3u)) - 1.0;
         let at = vec2u(clamp(middle + step, vec2f(0.0), vec2f(resolution - 1.0)));
         let depth = ndc.z + dot(slope, step - offset);
-        let nearest = textureLoad(shadow_maps, at, layer, 0);
+        let nearest = nearest_depth(index, at);
         let weight = weights_x[tap % 3u] * weights_y[tap / 3u];
         if depth >= nearest {
             lit += weight;
@@ -186,16 +205,16 @@ fn spline_weights(offset: f32) -> array<f32, 3> {
 
 // Change of depth along x and y of normalised device coordinates, in the plane with a unit normal. Projections keep
 // planes, so it is the same everywhere in the plane.
-fn depth_slope(layer: u32, clip: vec4f, normal: vec3f) -> vec2f {
+fn depth_slope(index: u32, clip: vec4f, normal: vec3f) -> vec2f {
     let helper = select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(normal.x) > 0.7);
     let across = normalize(cross(normal, helper));
-    let plane = cross(ndc_change(layer, clip, across), ndc_change(layer, clip, cross(normal, across)));
+    let plane = cross(ndc_change(index, clip, across), ndc_change(index, clip, cross(normal, across)));
     // Seen edge-on there is no slope; any steep one will do.
     return -plane.xy / select(plane.z, 1e-20, abs(plane.z) < 1e-20);
 }
 
 // How normalised device coordinates change when a point moves in `direction`, but for a factor.
-fn ndc_change(layer: u32, clip: vec4f, direction: vec3f) -> vec3f {
-    let change = shadow_views[layer].clip_from_world * vec4f(direction, 0.0);
+fn ndc_change(index: u32, clip: vec4f, direction: vec3f) -> vec3f {
+    let change = shadow_views[index].clip_from_world * vec4f(direction, 0.0);
     return change.xyz * clip.w - clip.xyz * change.w;
 }
