@@ -12,6 +12,7 @@ use probelight_viewer::{ViewerOptions, WindowError, WindowOptions};
 use crate::bundled::BundledScene;
 use crate::console::Console;
 use crate::input;
+use crate::interrupt;
 use crate::movers::ObjectFlags;
 
 /// Flags of `view`.
@@ -104,5 +105,6 @@ fn options() -> ViewerOptions {
 }
 
 fn show(gpu: &GpuDevice, options: ViewerOptions, window: WindowOptions) -> anyhow::Result<()> {
+    interrupt::end_at_once();
     Ok(probelight_viewer::run(gpu, options, window)?)
 }

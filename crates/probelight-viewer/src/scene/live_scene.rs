@@ -53,7 +53,9 @@ impl LiveScene {
     /// # Errors
     /// If the GPU cannot hold it.
     pub async fn new(gpu: &GpuDevice, baked: Arc<BakedScene>, is_baked: bool) -> Result<Self, GpuError> {
-        let shadow_maps = ShadowMapOptions { for_eye: true, ..ShadowMapOptions::default() };
+        // A driver in software takes a tenth of a second for each large map.
+        let resolution = if gpu.is_software() { 1024 } else { 2048 };
+        let shadow_maps = ShadowMapOptions { for_eye: true, resolution, ..ShadowMapOptions::default() };
         let options = GpuOptions { shadow_maps, ..GpuOptions::default() };
         let runtime = GpuRuntime::new_async(&gpu.device, &gpu.queue, Arc::clone(&baked), options).await?;
         let renderer = GpuRenderer::new(

@@ -73,7 +73,15 @@ impl Viewer {
         }
         self.act(Action::Deselect);
         self.look_from_named_camera();
-        if let Some(quality) = platform::FIRST_QUALITY.filter(|_| !is_baked) {
+        self.bake_once_shown = platform::FIRST_QUALITY.filter(|_| !is_baked);
+    }
+
+    /// Begins to bake what was opened without a bake. A bake takes all cores, so the first picture comes before it.
+    pub(super) fn bake_what_is_shown(&mut self) {
+        if self.drawn.is_some()
+            && !self.meter.is_measuring()
+            && let Some(quality) = self.bake_once_shown.take()
+        {
             self.bake(quality);
         }
     }

@@ -41,7 +41,7 @@ use crate::panels::lightmap::LightmapPage;
 use crate::panels::picked::PickedLight;
 use crate::picture::meter::Meter;
 use crate::picture::screen::Screen;
-use crate::platform::{Dialogs, File};
+use crate::platform::{self, Dialogs, File};
 use crate::scene::frame_times::FrameTimes;
 use crate::scene::live_scene::LiveScene;
 use crate::scene::loader::Loader;
@@ -85,6 +85,8 @@ pub struct Viewer {
     pub messages: Messages,
     pub(crate) loader: Loader,
     pub(crate) bake: Option<Arc<BackgroundProgress>>,
+    /// How the scene is baked as soon as its first picture is there.
+    bake_once_shown: Option<platform::Quality>,
     pub(crate) scene_file: Option<PathBuf>,
     pub(crate) setup_file: Option<PathBuf>,
     pub(crate) asked_models: HashSet<PathBuf>,
@@ -175,6 +177,7 @@ impl Viewer {
             messages: Messages::default(),
             loader: Loader::new(context),
             bake: None,
+            bake_once_shown: None,
             scene_file: None,
             setup_file: None,
             asked_models: HashSet::new(),
@@ -296,8 +299,9 @@ impl Viewer {
 
     /// Whether files are read, a scene is baked, light still settles, or answers are waited for.
     pub fn is_busy(&self) -> bool {
-        let is_waiting = self.loader.pending > 0 || self.bake.is_some() || self.lightmap_answer.is_some();
-        is_waiting || self.settling > 0 || self.fade > 0.0 || self.held.is_searching()
+        let is_baking = self.bake.is_some() || self.bake_once_shown.is_some();
+        let is_waiting = self.loader.pending > 0 || self.lightmap_answer.is_some();
+        is_waiting || is_baking || self.settling > 0 || self.fade > 0.0 || self.held.is_searching()
     }
 }
 
@@ -332,6 +336,7 @@ impl eframe::App for Viewer {
             self.is_lost = self.gpu.check().is_err();
             self.messages.error(error.to_string());
         }
+        self.bake_what_is_shown();
         self.note_memory();
         if let Some(light) = self.times.note(start.elapsed())
             && let Some((_, governor)) = &mut self.governor
