@@ -16,7 +16,7 @@ use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::GpuDevice;
 use probelight_runtime::{LodLevel, LodPreset};
 use probelight_scene::{LightMotion, Sky};
-use probelight_viewer::state::view_state::{Compare, PageColors, TexelColors};
+use probelight_viewer::state::view_state::{Compare, ExposureMode, PageColors, TexelColors};
 use probelight_viewer::state::{Action, Edit, Request, Selection};
 use probelight_viewer::{Viewer, ViewerOptions};
 
@@ -312,6 +312,37 @@ fn setups_are_saved_and_opened_again() {
     until(&mut harness, "the ball", |viewer| viewer.live.as_ref().unwrap().placed_objects().count() == 1);
 }
 
+#[test]
+fn levels_say_what_they_save() {
+    let Some(gpu) = gpu::gpu_or_skip() else { return };
+    let mut harness = opened(gpu, baked());
+    let lod = &mut harness.state_mut().state.view.lod;
+    *lod = LodPreset::Low.settings();
+    lod.levels[1].rank = Some(2);
+    harness.get_by_label("Detail").click();
+    harness.run_steps(3);
+    let mut saved = |level: usize| {
+        harness.get_all_by_label("rank").nth(level).unwrap().hover();
+        let text = |harness: &Harness<'_, Viewer>| {
+            harness
+                .query_by_label_contains("saves ")
+                .map(|tip| tip.accesskit_node().value().unwrap_or_default())
+        };
+        let deadline = Instant::now() + Duration::from_secs(30);
+        loop {
+            harness.step();
+            if let Some(text) = text(&harness) {
+                harness.event(Event::PointerGone);
+                harness.run_steps(3);
+                return text.split(' ').nth(1).unwrap().parse::<f32>().unwrap();
+            }
+            assert!(Instant::now() < deadline, "nothing is said of level {level}");
+        }
+    };
+    assert!(saved(1) > 0.0, "all of the box is some metres away");
+    assert_eq!(saved(0), 0.0, "nothing is so near");
+}
+
 /// The panels are the pictures in `tests/snapshots`. After a wanted change: `UPDATE_SNAPSHOTS=1 cargo test`, and look at them.
 #[test]
 fn panels_look_as_they_did() {
@@ -319,6 +350,9 @@ fn panels_look_as_they_did() {
     let mut harness = opened(gpu, baked());
     let view = &mut harness.state_mut().state.view;
     (view.panels.timing, view.lod) = (false, LodPreset::Low.settings());
+    // New lights are as bright as the exposure needs.
+    view.exposure = ExposureMode::Fixed(0.0);
+    harness.run_steps(2);
     harness.get_by_label("+ spot").click();
     harness.get_by_label("Detail").click();
     harness.run_steps(3);

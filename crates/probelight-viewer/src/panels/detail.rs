@@ -1,7 +1,11 @@
 //! Levels of detail: every number of them, while it runs.
 
-use eframe::egui::{ComboBox, DragValue, Grid, ScrollArea, Slider, Ui};
-use probelight_runtime::{LodLevel, LodPreset, LodSettings};
+use eframe::egui::emath::Numeric;
+use eframe::egui::{ComboBox, DragValue, Grid, Response, ScrollArea, Slider, Ui};
+use probelight_asset::BakedScene;
+use probelight_runtime::{
+    FrameInput, FramePlan, LodLevel, LodPreset, LodSettings, Planner, View, stage_bytes,
+};
 
 use super::{Actions, row};
 use crate::state::{Action, State};
@@ -24,9 +28,42 @@ pub struct Held {
     pub by_similarity: Option<f32>,
 }
 
-/// Shows the levels of detail.
-pub fn show(ui: &mut Ui, state: &State, work: Work, held: Held, actions: &mut Actions) {
+/// What numbers save of a frame's bytes, as the view is. Only asked where the mouse is.
+struct Savings<'a> {
+    baked: &'a BakedScene,
+    view: View,
+    /// The settings that are shown.
+    lod: LodSettings,
+}
+
+impl Savings<'_> {
+    /// Bytes that a frame moves in which lights move.
+    fn bytes(&self, lod: &LodSettings) -> u64 {
+        let input = FrameInput { view: Some(self.view), ..FrameInput::default() };
+        let mut plan = FramePlan::full(self.baked);
+        Planner::new(self.baked).plan(self.baked, lod, &input, &mut plan);
+        stage_bytes(self.baked, &plan, true).values().iter().sum()
+    }
+
+    /// What is saved against settings without something.
+    fn against(&self, remove: impl FnOnce(&mut LodSettings)) -> String {
+        let mut without = self.lod.clone();
+        remove(&mut without);
+        let [without, with] = [&without, &self.lod].map(|lod| self.bytes(lod) as f64);
+        let (unit, bytes) = if without < 1e6 { ("kB", 1e3) } else { ("MB", 1e6) };
+        format!("saves {:.2} of {:.2} {unit} a frame", (without - with) / bytes, without / bytes)
+    }
+
+    /// What a number of a level saves.
+    fn of_level(&self, number: usize, remove: impl FnOnce(&mut LodLevel)) -> String {
+        self.against(|lod| remove(&mut lod.levels[number]))
+    }
+}
+
+/// Shows the levels of detail of a baked scene.
+pub fn show(ui: &mut Ui, state: &State, baked: &BakedScene, work: Work, held: Held, actions: &mut Actions) {
     let mut view = state.view.clone();
+    let savings = Savings { baked, view: View::from(&view.camera), lod: view.lod.clone() };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         presets(ui, &mut view.lod);
         let time = Hold {
@@ -56,7 +93,7 @@ pub fn show(ui: &mut Ui, state: &State, work: Work, held: Held, actions: &mut Ac
             row(ui, "matrices", format!("{part:.2} of {all:.2} MB ({:.0} %)", share(work.matrix_bytes)));
         });
         ui.separator();
-        levels(ui, &mut view.lod);
+        levels(ui, &mut view.lod, &savings);
         general(ui, &mut view.lod);
         if ui.button("copy as JSON").clicked() {
             let json = serde_json::to_string_pretty(&view.lod).unwrap_or_default();
@@ -112,18 +149,23 @@ impl Hold {
     }
 }
 
-fn levels(ui: &mut Ui, lod: &mut LodSettings) {
+fn levels(ui: &mut Ui, lod: &mut LodSettings, savings: &Savings<'_>) {
     let mut remove = None;
     let count = lod.levels.len();
     for (number, level) in lod.levels.iter_mut().enumerate() {
         ui.push_id(number, |ui| {
             ui.horizontal(|ui| {
-                ui.strong(format!("level {number}"));
+                let name = ui.strong(format!("level {number}"));
+                if number > 0 {
+                    name.on_hover_ui(|ui| {
+                        ui.label(savings.against(|lod| _ = lod.levels.remove(number)));
+                    });
+                }
                 if count > 1 && ui.small_button("✖").on_hover_text("remove this level").clicked() {
                     remove = Some(number);
                 }
             });
-            Grid::new("level").num_columns(4).show(ui, |ui| level_numbers(ui, level));
+            Grid::new("level").num_columns(4).show(ui, |ui| level_numbers(ui, level, number, savings));
         });
     }
     if let Some(number) = remove {
@@ -141,44 +183,51 @@ fn levels(ui: &mut Ui, lod: &mut LodSettings) {
     }
 }
 
-fn level_numbers(ui: &mut Ui, level: &mut LodLevel) {
-    fn metres(value: &mut f32) -> DragValue<'_> {
-        DragValue::new(value).speed(0.1).range(0.0..=1e5).suffix(" m").max_decimals(1)
+fn level_numbers(ui: &mut Ui, level: &mut LodLevel, number: usize, savings: &Savings<'_>) {
+    fn metres(drag: DragValue<'_>) -> DragValue<'_> {
+        drag.speed(0.1).range(0.0..=1e5).suffix(" m").max_decimals(1)
     }
     ui.label("from");
-    ui.add(metres(&mut level.distance));
-    ui.label("lightmap");
+    ui.add(metres(DragValue::new(&mut level.distance)));
+    let saves = |of: Response, remove: fn(&mut LodLevel)| {
+        of.on_hover_ui(|ui| _ = ui.label(savings.of_level(number, remove)));
+    };
+    saves(ui.label("lightmap"), |level| level.lightmap_level = 0);
     ui.add(DragValue::new(&mut level.lightmap_level).speed(0.02).range(0..=3));
     ui.end_row();
     optional(ui, "beside", &mut level.beside, level.distance, metres);
     optional(ui, "behind", &mut level.behind, level.distance, metres);
     ui.end_row();
-    optional(ui, "rank", &mut level.rank, 16, |value| DragValue::new(value).speed(0.1).range(1..=256));
-    optional(ui, "degree", &mut level.degree, 4, |value| DragValue::new(value).speed(0.05).range(0..=11));
+    let rank = optional(ui, "rank", &mut level.rank, 16, |drag| drag.speed(0.1).range(1..=256));
+    saves(rank, |level| level.rank = None);
+    let degree = optional(ui, "degree", &mut level.degree, 4, |drag| drag.speed(0.05).range(0..=11));
+    saves(degree, |level| level.degree = None);
     ui.end_row();
-    optional(ui, "rays", &mut level.rays, 256, |value| DragValue::new(value).speed(2.0).range(1..=16_384));
-    optional(ui, "waits", &mut level.threshold, 0.01, |value| {
-        DragValue::new(value).speed(1e-3).range(0.0..=1.0)
-    });
+    let rays = optional(ui, "rays", &mut level.rays, 256, |drag| drag.speed(2.0).range(1..=16_384));
+    saves(rays, |level| level.rays = None);
+    optional(ui, "waits", &mut level.threshold, 0.01, |drag| drag.speed(1e-3).range(0.0..=1.0))
+        .on_hover_text("what changes less, as a share of a cluster's light, is computed later");
     ui.end_row();
 }
 
-/// A number that may be absent.
-fn optional<T: Copy>(
+/// A number that may be absent. Returns its name's box.
+fn optional<T: Numeric>(
     ui: &mut Ui,
     name: &str,
     value: &mut Option<T>,
     first: T,
-    drag: impl Fn(&mut T) -> DragValue<'_>,
-) {
+    drag: impl Fn(DragValue<'_>) -> DragValue<'_>,
+) -> Response {
     let mut is_some = value.is_some();
-    if ui.checkbox(&mut is_some, name).changed() {
+    let name = ui.checkbox(&mut is_some, name);
+    if name.changed() {
         *value = is_some.then_some(first);
     }
     match value {
-        Some(value) => _ = ui.add(drag(value)),
+        Some(value) => _ = ui.add(drag(DragValue::new(value))),
         None => _ = ui.label("all"),
     }
+    name
 }
 
 fn general(ui: &mut Ui, lod: &mut LodSettings) {
@@ -202,9 +251,7 @@ fn general(ui: &mut Ui, lod: &mut LodSettings) {
     });
     let mut megabytes = lod.changes.matrix_bytes.map(|bytes| bytes as f32 / 1e6);
     Grid::new("bytes").num_columns(2).show(ui, |ui| {
-        optional(ui, "MB a frame", &mut megabytes, 4.0, |value| {
-            DragValue::new(value).speed(0.05).range(0.05..=1e3)
-        });
+        optional(ui, "MB a frame", &mut megabytes, 4.0, |drag| drag.speed(0.05).range(0.05..=1e3));
     });
     lod.changes.matrix_bytes = megabytes.map(|megabytes| (f64::from(megabytes) * 1e6) as u64);
 }

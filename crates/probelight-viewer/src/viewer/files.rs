@@ -7,6 +7,7 @@ use probelight_scene::{AnimatedModel, Placement, Setup, parse_animated_gltf};
 
 use super::frame::all_work;
 use super::{PickAnswers, Viewer};
+use crate::picture::meter::Meter;
 use crate::platform::{self, File};
 use crate::scene::live_scene::LiveScene;
 use crate::scene::loader::{Loaded, Purpose};
@@ -64,6 +65,7 @@ impl Viewer {
         self.full_plan = all_work(&live);
         let is_baked = live.is_baked;
         self.replace(live);
+        self.meter = Meter::new();
         (self.scene_file, self.setup_file) = (Some(path), None);
         if let Some(setup) = self.options.setup.take() {
             self.loader.read(setup.into(), Purpose::Open, &self.gpu);
@@ -125,6 +127,9 @@ impl Viewer {
         self.state.replace_document(document);
         self.setup_file = Some(path.into());
         self.state.is_changed = false;
+        // Another light: its first picture, too, has the right exposure.
+        self.meter = Meter::new();
+        self.forget_drawn();
         match &self.options.camera {
             Some(_) => self.look_from_named_camera(),
             None => self.act(Action::Home),

@@ -55,13 +55,19 @@ impl Viewer {
     /// Lights and draws the scene if anything changed.
     pub(super) fn light_and_draw(&mut self, seconds: f32) -> Result<(), GpuError> {
         self.gpu.check()?;
+        let lacks_exposure = self.lacks_exposure();
+        if lacks_exposure && self.meter.is_measuring() {
+            return Ok(());
+        }
         let Some(live) = &mut self.live else { return Ok(()) };
         let view = &mut self.state.view;
         if view.is_playing && self.state.document.moves() {
             view.time += seconds;
         }
         self.fade = (self.fade - seconds / FADE_SECONDS).max(0.0);
-        adapt(&mut self.state.shown_ev, view.exposure, self.meter.reading.as_ref().map(|r| r.ev), seconds);
+        // The first picture of a scene has the right exposure.
+        let adapting = if self.drawn.is_none() { f32::INFINITY } else { seconds };
+        adapt(&mut self.state.shown_ev, view.exposure, self.meter.reading.as_ref().map(|r| r.ev), adapting);
         let passes = self.reference.as_ref().map_or(0, ReferencePicture::passes);
         let (document, ev, fade) = (&self.state.document, self.state.shown_ev, self.fade);
         let last = self.drawn.as_ref();
@@ -91,6 +97,9 @@ impl Viewer {
             texel_colors::apply(live, &view.camera, view.texel_colors);
         }
         live.fit_shadows(&view.camera);
+        if lacks_exposure {
+            return self.meter.measure(live, &view.camera, view.options);
+        }
         self.screen.draw(live, view, ev, fade, self.reference.as_ref())?;
         if self.settling.is_multiple_of(8) || last.is_none() {
             self.meter.measure(live, &view.camera, view.options)?;
@@ -98,6 +107,13 @@ impl Viewer {
         self.draws += 1;
         self.drawn = Some(Drawn { document: document.clone(), view: view.clone(), ev, fade, passes });
         Ok(())
+    }
+
+    /// Whether nobody knows yet how bright the scene is.
+    fn lacks_exposure(&self) -> bool {
+        self.live.is_some()
+            && self.state.view.exposure == ExposureMode::Automatic
+            && self.meter.reading.is_none()
     }
 
     /// The reference grows while it is wanted and nothing changes.

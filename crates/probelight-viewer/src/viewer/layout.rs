@@ -61,7 +61,7 @@ impl Viewer {
                 ui.separator();
                 match self.tab {
                     Tab::Look => panels::look::show(ui, state, meter.reading.as_ref(), passes, actions),
-                    Tab::Detail => panels::detail::show(ui, state, work, held, actions),
+                    Tab::Detail => panels::detail::show(ui, state, &live.baked, work, held, actions),
                     Tab::Bake => {
                         panels::bake::show(ui, &live.baked, live.is_baked, standing.as_ref(), actions);
                     }
