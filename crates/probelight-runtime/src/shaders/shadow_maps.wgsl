@@ -54,7 +54,8 @@ const EYE_BLEND = 0.15;
 // Visibility of a light from a point on a surface, 0 to 1; `normal` is the unit geometric normal on the point's
 // side. The surface must face the light.
 fn light_visibility(light: Light, position: vec3f, normal: vec3f) -> f32 {
-    return visibility_in(shadow_view_at(light, position), light, position, normal);
+    let view = shadow_view_at(light, position);
+    return visibility_in(shadow_maps, view, view, light, position, normal);
 }
 
 // The same from views that are fitted to the view of the eye, as far as they reach: for pictures. What lights the scene
@@ -68,13 +69,14 @@ fn light_visibility_for_eye(light: Light, position: vec3f, normal: vec3f) -> f32
     // Share of the views that are still to be asked.
     var left = 1.0;
     for (var i = 0u; i < EYE_VIEWS; i++) {
-        let index = MAX_SHADOW_VIEWS + light.eye_view + i;
-        let clip = shadow_views[index].clip_from_world * vec4f(position, 1.0);
+        let layer = light.eye_view + i;
+        let view = MAX_SHADOW_VIEWS + layer;
+        let clip = shadow_views[view].clip_from_world * vec4f(position, 1.0);
         // What lies behind a lamp's window is far outside.
         let from_middle = max(abs(clip.x), abs(clip.y)) / max(clip.w, 1e-6);
         let share = left * saturate((core - from_middle) / EYE_BLEND);
         if share > 0.0 {
-            visibility += share * visibility_in(index, light, position, normal);
+            visibility += share * visibility_in(eye_shadow_maps, layer, view, light, position, normal);
             left -= share;
         }
     }
@@ -84,8 +86,15 @@ fn light_visibility_for_eye(light: Light, position: vec3f, normal: vec3f) -> f32
     return visibility;
 }
 
-// Visibility in one of a light's views.
-fn visibility_in(index: u32, light: Light, position: vec3f, normal: vec3f) -> f32 {
+// Visibility in one of a light's views, which is a layer of some maps.
+fn visibility_in(
+    maps: texture_depth_2d_array,
+    layer: u32,
+    index: u32,
+    light: Light,
+    position: vec3f,
+    normal: vec3f,
+) -> f32 {
     let view = shadow_views[index];
     var texel_width = view.texel_width;
     if light.kind != DIRECTIONAL_LIGHT {
@@ -105,20 +114,7 @@ fn visibility_in(index: u32, light: Light, position: vec3f, normal: vec3f) -> f3
     let rounding = 1e-6 * max(abs(position.x), max(abs(position.y), abs(position.z)));
     let lifted = position + normal * (texel_width * bias + rounding);
     let contact = lifted - view.axis * (CONTACT_RANGE * texel_width);
-    return filtered_visibility(index, lifted, normalize(followed), contact);
-}
-
-// Width of the maps that a view's is one of, texels.
-fn map_resolution(index: u32) -> f32 {
-    return f32(select(textureDimensions(shadow_maps).x, textureDimensions(eye_shadow_maps).x, index >= MAX_SHADOW_VIEWS));
-}
-
-// Depth of the nearest surface at a texel of a view's map.
-fn nearest_depth(index: u32, at: vec2u) -> f32 {
-    if index >= MAX_SHADOW_VIEWS {
-        return textureLoad(eye_shadow_maps, at, index - MAX_SHADOW_VIEWS, 0);
-    }
-    return textureLoad(shadow_maps, at, index, 0);
+    return filtered_visibility(maps, layer, index, lifted, normalize(followed), contact);
 }
 
 // The view whose layer holds a point.
@@ -159,13 +155,20 @@ fn directional_view_at(light: Light, position: vec3f) -> u32 {
 // In a corner some texels hold the other wall, in front of where the plane would go on behind it. They say little about
 // the point's own surface, so texels between the plane and the depth of `contact` are left out, as long as enough others
 // are lit. Otherwise all corners would be darkened.
-fn filtered_visibility(index: u32, position: vec3f, normal: vec3f, contact: vec3f) -> f32 {
+fn filtered_visibility(
+    maps: texture_depth_2d_array,
+    layer: u32,
+    index: u32,
+    position: vec3f,
+    normal: vec3f,
+    contact: vec3f,
+) -> f32 {
     let clip_from_world = shadow_views[index].clip_from_world;
     let clip = clip_from_world * vec4f(position, 1.0);
     let ndc = clip.xyz / clip.w;
     let contact_clip = clip_from_world * vec4f(contact, 1.0);
     let contact_depth = contact_clip.z / contact_clip.w;
-    let resolution = map_resolution(index);
+    let resolution = f32(textureDimensions(maps).x);
     let texel = vec2f(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * resolution;
     let slope = depth_slope(index, clip, normal) * vec2f(2.0, -2.0) / resolution;
     let middle = floor(texel);
@@ -180,7 +183,7 @@ fn filtered_visibility(index: u32, position: vec3f, normal: vec3f, contact: vec3
         let step = vec2f(f32(tap % 3u), f32(tap / 3u)) - 1.0;
         let at = vec2u(clamp(middle + step, vec2f(0.0), vec2f(resolution - 1.0)));
         let depth = ndc.z + dot(slope, step - offset);
-        let nearest = nearest_depth(index, at);
+        let nearest = textureLoad(maps, at, layer, 0);
         let weight = weights_x[tap % 3u] * weights_y[tap / 3u];
         if depth >= nearest {
             lit += weight;
