@@ -17,6 +17,7 @@ use probelight_scene::{Bounds, Light, Lighting};
 
 use crate::casters::{Caster, Casters};
 use crate::convert::linear;
+use crate::environment::{Environment, main_camera};
 use crate::instance::ProbelightInstance;
 use crate::lights::{self, PER_LUX, ProbelightIgnore};
 use crate::movers::ProbelightMover;
@@ -65,16 +66,17 @@ pub(crate) struct Surroundings<'w, 's> {
     suns: Lights<'w, 's, DirectionalLight>,
     rectangles: Query<'w, 's, (), (With<RectLight>, Without<ProbelightIgnore>)>,
     sky: Res<'w, ProbelightSky>,
+    environment: Res<'w, Environment>,
     cameras:
         Query<'w, 's, (&'static Camera, &'static GlobalTransform, Option<&'static Exposure>), With<Camera3d>>,
     movers: Query<'w, 's, (&'static GlobalTransform, &'static Aabb, &'static ProbelightMover)>,
 }
 
 impl Surroundings<'_, '_> {
-    /// Where the main camera is, and its exposure: the active one of lowest order.
+    /// Where the main camera is, and its exposure.
     fn main_camera(&self) -> Option<(&GlobalTransform, Exposure)> {
-        let active = self.cameras.iter().filter(|(camera, ..)| camera.is_active);
-        let (_, at, exposure) = active.min_by_key(|(camera, ..)| camera.order)?;
+        let cameras = self.cameras.iter().map(|(camera, at, exposure)| (camera, (at, exposure)));
+        let (at, exposure) = main_camera(cameras)?;
         Some((at, exposure.copied().unwrap_or_default()))
     }
 
@@ -150,8 +152,8 @@ pub(crate) fn collect(
             materials.get(handle).map_or(before, |material| surface_colors(material, exposure))
         };
         let baked = SurfaceColors::of(&scene.baked.scene);
-        let colors = scene.materials.iter().zip(baked).map(color).collect();
-        let sky = surroundings.sky.scaled(PER_LUX);
+        let colors = instance.materials.iter().zip(baked).map(color).collect();
+        let sky = surroundings.sky.scaled(&surroundings.environment.sky, PER_LUX);
         let lighting = Lighting { lights: surroundings.lights(&pose), sky, ..Lighting::default() };
         light.set_if_neq(SceneLight { lighting, colors });
         frame

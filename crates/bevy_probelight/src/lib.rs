@@ -32,6 +32,7 @@
 //!   Colour and emission of the scene's [`StandardMaterial`]s count as they are.
 //! * [`ProbelightMover`] gives meshes of your own the light at the place where they are, [`ProbelightShadowCaster`] lets them
 //!   stand in the light that bounces.
+//! * [`ProbelightAttach`] lights the meshes of a glTF scene that Bevy loaded, in place of the scene's own.
 //! * [`ProbelightSettings`] has levels of detail and a budget.
 //! * [`BakeScene`] bakes a glTF file in the app (feature `bake`, on by default).
 //!
@@ -53,11 +54,16 @@
 //! [`StandardMaterial`]: bevy::pbr::StandardMaterial
 //! [`RectLight`]: bevy::light::RectLight
 
+mod attach;
+mod attach_systems;
 #[cfg(feature = "bake")]
 mod baking;
 mod casters;
 mod collect;
 mod convert;
+mod cube_map;
+mod environment;
+mod fit;
 mod instance;
 mod lights;
 mod loader;
@@ -73,6 +79,7 @@ mod render_scene;
 mod scene;
 mod settings;
 
+pub use attach::ProbelightAttach;
 #[cfg(feature = "bake")]
 pub use baking::{BakeFailure, BakeFinished, BakeProgress, BakeScene};
 pub use casters::ProbelightShadowCaster;

@@ -15,7 +15,7 @@ use bevy::transform::TransformSystems;
 use crate::loader::ProbelightLoader;
 use crate::scene::ProbelightScene;
 use crate::settings::{ProbelightSettings, ProbelightSky};
-use crate::{collect, instance, mover_material, movers, render};
+use crate::{attach_systems, collect, environment, instance, mover_material, movers, render};
 
 /// Lights baked scenes. Goes behind Bevy's own plugins, of which it needs those for assets, rendering and physically based
 /// materials.
@@ -29,6 +29,8 @@ pub struct ProbelightPlugin;
 pub enum ProbelightSystems {
     /// Children of loaded scenes are spawned (`Update`).
     Spawn,
+    /// Meshes of users get their lightmap (`PostUpdate`, after transforms).
+    Attach,
     /// Movers get their materials (`PostUpdate`, after transforms).
     Movers,
     /// What lights the scenes is gathered (`PostUpdate`, after transforms and visibility).
@@ -41,20 +43,35 @@ impl Plugin for ProbelightPlugin {
             .register_asset_loader(ProbelightLoader)
             .init_resource::<ProbelightSettings>()
             .init_resource::<ProbelightSky>()
+            .init_resource::<environment::Environment>()
             .add_systems(PreStartup, leave_ambient_light_out)
             .init_resource::<movers::GridLitMaterials>()
+            .init_resource::<attach_systems::OneSidedMaterials>()
             .add_systems(Update, instance::spawn_scenes.in_set(ProbelightSystems::Spawn))
             .add_systems(
                 PostUpdate,
                 (
+                    // Before Bevy looks for new meshes.
+                    (
+                        attach_systems::detach_meshes,
+                        attach_systems::attach_meshes,
+                        attach_systems::follow_materials,
+                    )
+                        .chain()
+                        .in_set(ProbelightSystems::Attach)
+                        .after(TransformSystems::Propagate)
+                        .before(VisibilitySystems::CalculateBounds)
+                        .before(AssetEventSystems),
                     // Before Bevy looks for new materials, so that a mover's first frame has its own.
                     (movers::release_movers, movers::prepare_movers, movers::follow_changes)
                         .chain()
                         .in_set(ProbelightSystems::Movers)
                         .after(TransformSystems::Propagate)
                         .before(AssetEventSystems),
-                    collect::collect
+                    (environment::read_environment, collect::collect)
+                        .chain()
                         .in_set(ProbelightSystems::Collect)
+                        .after(ProbelightSystems::Attach)
                         .after(TransformSystems::Propagate)
                         .after(VisibilitySystems::VisibilityPropagate)
                         .after(VisibilitySystems::CalculateBounds),

@@ -1,5 +1,8 @@
 //! The examples without a window: each is drawn for some frames and leaves a picture in cargo's folder for temporary files.
 
+#[path = "../examples/attach.rs"]
+#[allow(dead_code, reason = "its main opens a window")]
+mod attach;
 #[path = "../examples/bake_in_app.rs"]
 #[allow(dead_code, reason = "its main opens a window")]
 mod bake_in_app;
@@ -53,6 +56,18 @@ fn show(app: &mut App) -> Handle<Image> {
     panic!("the scene never appears");
 }
 
+/// Updates until something holds.
+fn wait_until(app: &mut App, mut holds: impl FnMut(&App) -> bool) {
+    for _ in 0..2000 {
+        app.update();
+        if holds(app) {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    panic!("it never happens");
+}
+
 /// Writes what an image shows; returns the mean sRGB value of red, green and blue.
 fn write_picture(app: &App, image: &Handle<Image>, name: &str) -> [f64; 3] {
     let bytes = read_bytes(app, image);
@@ -82,6 +97,36 @@ fn minimal() {
     let image = show(&mut app);
     let [red, green, blue] = write_picture(&app, &image, "minimal");
     assert!(red > 40.0 && green > 30.0 && blue > 20.0, "it is dark: {red} {green} {blue}");
+}
+
+#[test]
+fn attach() {
+    if !has_gpu() {
+        return;
+    }
+    let copy = include_bytes!("../assets/cornell.glb");
+    assert!(
+        copy == include_bytes!("../../../assets/scenes/cornell.glb"),
+        "it is not the file that was baked"
+    );
+    let mut app = app();
+    attach::add(&mut app);
+    let mut shown = app.world_mut().query::<&ProbelightInstance>();
+    let mut is_attached =
+        |app: &App| shown.single(app.world()).is_ok_and(|instance| instance.parts().len() == 4);
+    wait_until(&mut app, &mut is_attached);
+    let image = show(&mut app);
+    let mut blueness = Vec::new();
+    for (is_painted, name) in [(false, "attach"), (true, "attach_painted")] {
+        app.world_mut().resource_mut::<attach::Paint>().0 = is_painted;
+        for _ in 0..40 {
+            app.update();
+        }
+        let [red, _, blue] = write_picture(&app, &image, name);
+        assert!(red > 15.0, "it is dark");
+        blueness.push(blue / red);
+    }
+    assert!(blueness[1] > 1.3 * blueness[0], "paint makes no difference: {blueness:?}");
 }
 
 #[test]

@@ -2,11 +2,17 @@
 
 mod support;
 
+use std::sync::Arc;
+
 use bevy::asset::LoadState;
 use bevy::diagnostic::DiagnosticsStore;
 use bevy::prelude::*;
+use bevy::render::RenderApp;
+use bevy_probelight::probelight_asset::BakedScene;
 use bevy_probelight::probelight_runtime::{LodLevel, LodSettings};
-use bevy_probelight::{Probelight, ProbelightInstance, ProbelightScene, ProbelightSettings, ProbelightSky};
+use bevy_probelight::{
+    Probelight, ProbelightInstance, ProbelightScene, ProbelightSettings, ProbelightSky, RenderScenes,
+};
 use support::{
     cornell, frames_of, has_gpu, headless_app, headless_app_in, read_image, settle, spawn_camera, spawn_scene,
 };
@@ -218,6 +224,69 @@ fn two_scenes_have_light_of_their_own() {
     assert_ne!(a, b, "both have the light of one");
     // What cannot be lit stays dark, and the rest goes on.
     assert_eq!(mean(&c), Vec3::ZERO);
+}
+
+#[test]
+fn a_file_that_changes_is_shown_anew() {
+    if !has_gpu() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.plight");
+    cornell().write(&path).unwrap();
+    let mut app = headless_app_in(folder.path().to_str().unwrap());
+    spawn_camera(&mut app, camera());
+    spawn_lamp(&mut app, LAMP);
+    let handle = app.world().resource::<AssetServer>().load("scene.plight");
+    let scene = app.world_mut().spawn(Probelight(handle.clone())).id();
+    wait_for(&mut app, &handle);
+    settle(&mut app, scene);
+    let before = lightmap_of(&app, scene);
+    let old_light = mean(&read_image(&app, &before));
+
+    // The same scene painted darker.
+    let mut parts = cornell().into_parts();
+    for material in &mut Arc::make_mut(&mut parts.scene).materials {
+        material.base_color *= 0.2;
+    }
+    BakedScene::new(parts).unwrap().write(&path).unwrap();
+    app.world().resource::<AssetServer>().reload("scene.plight");
+    for _ in 0..2000 {
+        app.update();
+        if lightmap_of(&app, scene) != before {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    settle(&mut app, scene);
+    let after = mean(&read_image(&app, &lightmap_of(&app, scene)));
+    assert!(after.max_element() < 0.5 * old_light.max_element(), "{after} is no darker than {old_light}");
+    assert!(after.min_element() > 0.0);
+    let parts = app.world().get::<ProbelightInstance>(scene).unwrap().parts().len();
+    assert_eq!(app.world().get::<Children>(scene).unwrap().len(), parts, "children of the old scene stay");
+}
+
+#[test]
+fn scenes_that_the_renderer_forgot_are_made_anew() {
+    if !has_gpu() {
+        return;
+    }
+    let mut app = headless_app();
+    let image = spawn_camera(&mut app, camera());
+    spawn_lamp(&mut app, LAMP);
+    let scene = spawn_scene(&mut app, cornell(), Transform::IDENTITY);
+    settle(&mut app, scene);
+    app.update();
+    let (before, frames) = (read_image(&app, &image), frames_of(&app, scene).unwrap());
+    // As at the start on another device.
+    app.sub_app_mut(RenderApp).world_mut().insert_resource(RenderScenes::default());
+    app.update();
+    assert!(frames_of(&app, scene).unwrap() < frames, "it is the old runtime");
+    settle(&mut app, scene);
+    app.update();
+    let after = read_image(&app, &image);
+    let apart = before.iter().zip(&after).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max);
+    assert!(apart < 1e-3 * mean(&before).max_element(), "the second runtime lights otherwise: {apart}");
 }
 
 #[test]

@@ -75,6 +75,13 @@ pub(crate) fn headless_app_in(assets: &str) -> App {
 
 /// The same on a device with other limits.
 pub(crate) fn headless_app_with(assets: &str, gpu: WgpuSettings) -> App {
+    headless_app_of(assets, gpu, |app| {
+        app.add_plugins(ProbelightPlugin);
+    })
+}
+
+/// The same with other plugins than ours.
+pub(crate) fn headless_app_of(assets: &str, gpu: WgpuSettings, add: impl FnOnce(&mut App)) -> App {
     let mut app = App::new();
     app.add_plugins((
         DefaultPlugins
@@ -89,8 +96,8 @@ pub(crate) fn headless_app_with(assets: &str, gpu: WgpuSettings) -> App {
             .disable::<PipelinedRenderingPlugin>()
             .disable::<WinitPlugin>(),
         RenderDiagnosticsPlugin,
-        ProbelightPlugin,
     ));
+    add(&mut app);
     while app.plugins_state() == bevy::app::PluginsState::Adding {
         bevy::tasks::tick_global_task_pools_on_main_thread();
     }
@@ -99,17 +106,21 @@ pub(crate) fn headless_app_with(assets: &str, gpu: WgpuSettings) -> App {
     app
 }
 
-/// Makes a scene an asset and shows it.
-pub(crate) fn spawn_scene(app: &mut App, baked: BakedScene, transform: Transform) -> Entity {
-    let world = app.world_mut();
-    let scene = world.resource_scope(|world, mut meshes: Mut<Assets<Mesh>>| {
+/// Meshes and materials of a scene.
+pub(crate) fn new_scene(app: &mut App, baked: BakedScene) -> ProbelightScene {
+    app.world_mut().resource_scope(|world, mut meshes: Mut<Assets<Mesh>>| {
         world.resource_scope(|world, mut materials: Mut<Assets<StandardMaterial>>| {
             let mut images = world.resource_mut::<Assets<Image>>();
             ProbelightScene::new(Arc::new(baked), &mut meshes, &mut materials, &mut images)
         })
-    });
-    let scene = world.resource_mut::<Assets<ProbelightScene>>().add(scene);
-    world.spawn((Probelight(scene), transform)).id()
+    })
+}
+
+/// Makes a scene an asset and shows it.
+pub(crate) fn spawn_scene(app: &mut App, baked: BakedScene, transform: Transform) -> Entity {
+    let scene = new_scene(app, baked);
+    let scene = app.world_mut().resource_mut::<Assets<ProbelightScene>>().add(scene);
+    app.world_mut().spawn((Probelight(scene), transform)).id()
 }
 
 /// Takes all gloss from a scene's materials, so that a picture shows nothing but diffuse light.

@@ -6,6 +6,7 @@ use image::{ImageError, ImageFormat, ImageReader, Limits};
 
 use super::Reason;
 use super::resources::Resources;
+use super::tidy::NO_IMAGE;
 use crate::Texture;
 
 /// Largest width and height, texels.
@@ -15,6 +16,11 @@ const MAX_SIDE: u32 = 8192;
 const MAX_TEXELS_PER_BYTE: u64 = 8 * 1032;
 /// Memory the decoder may use besides its result, bytes.
 const DECODER_MEMORY: u64 = 1 << 30;
+
+/// Whether an image of the document is more than a stand-in.
+pub(super) fn is_there(image: &gltf::Image<'_>) -> bool {
+    !matches!(image.source(), gltf::image::Source::Uri { uri: NO_IMAGE, .. })
+}
 
 /// Reads and decodes an image of the document to at most `budget` bytes.
 pub(super) fn decode_image(

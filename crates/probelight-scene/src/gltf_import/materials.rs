@@ -228,7 +228,9 @@ impl Importer<'_> {
         transforms: &mut AgreedTransforms,
     ) -> Result<Option<TextureSlot>, Reason> {
         let Some(source) = source else { return Ok(None) };
-        let Some(image) = source.texture.source() else {
+        // Other crates of an app may have made it an option.
+        let image: Option<gltf::Image<'_>> = source.texture.source().into();
+        let Some(image) = image.filter(images::is_there) else {
             self.warnings
                 .add("textures without a PNG, JPEG or WebP image, left out; convert their images", 1);
             return Ok(None);

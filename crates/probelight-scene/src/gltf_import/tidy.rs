@@ -68,7 +68,7 @@ pub(super) fn tidy(document: &mut Value, warnings: &mut Warnings) {
         // Images are told by their content.
         image.insert("mimeType".into(), json!(""));
     }
-    elements(document, "textures").for_each(choose_image);
+    tidy_textures(document);
     for material in elements(document, "materials") {
         diffuse_from_other_models(material);
     }
@@ -125,14 +125,32 @@ fn tidy_accessors(document: &mut Value) {
 
 /// Appends a buffer view of one byte.
 fn add_view_of_zeros(document: &mut Value) {
-    let Some(members) = document.as_object_mut() else { return };
-    let mut push = |array: &str, element: Value| {
-        let array = members.entry(array).or_insert_with(|| json!([])).as_array_mut()?;
-        array.push(element);
-        Some(array.len() - 1)
-    };
-    let buffer = push("buffers", json!({"byteLength": 1, "uri": "data:;base64,AA=="}));
-    push("bufferViews", json!({"buffer": buffer, "byteLength": 1}));
+    let buffer = push(document, "buffers", json!({"byteLength": 1, "uri": "data:;base64,AA=="}));
+    push(document, "bufferViews", json!({"buffer": buffer, "byteLength": 1}));
+}
+
+/// Appends to a top-level array, and returns the new element's index.
+fn push(document: &mut Value, array: &str, element: Value) -> Option<usize> {
+    let array = document.as_object_mut()?.entry(array).or_insert_with(|| json!([])).as_array_mut()?;
+    array.push(element);
+    Some(array.len() - 1)
+}
+
+/// The `uri` of the image that textures without any get.
+pub(super) const NO_IMAGE: &str = "data:,";
+
+/// Textures without an image that is read get a stand-in: the crate only allows them with a feature that changes what its
+/// functions return, which Bevy's glTF loader does not expect in an app that has both.
+fn tidy_textures(document: &mut Value) {
+    elements(document, "textures").for_each(choose_image);
+    let has_image = |texture: &Members| texture.contains_key("source");
+    if elements(document, "textures").all(|texture| has_image(texture)) {
+        return;
+    }
+    let Some(stand_in) = push(document, "images", json!({"uri": NO_IMAGE, "mimeType": ""})) else { return };
+    for texture in elements(document, "textures").filter(|texture| !has_image(texture)) {
+        texture.insert("source".into(), json!(stand_in));
+    }
 }
 
 /// Takes a texture's WebP image, which is said to be the better one, where it has one.
