@@ -1,8 +1,10 @@
 //! Spheres in place of objects, where these darken and colour the soft light around them.
 //!
-//! The light around a surface is taken for a sum of two: that of a [`Lamp`], and even light. A sphere hides a part of the lamp,
-//! as two discs in the sky cover each other, and the part F of the cosine-weighted hemisphere, about (n·c) r²/d². From there
-//! comes the light that the sphere reflects instead.
+//! The light around a surface is taken for a sum of two: that of a [`Lamp`], and even light. A sphere stands before a part of the
+//! lamp, as two discs in the sky cover each other, and before the part F of the cosine-weighted hemisphere, about (n·c) r²/d².
+//! It hides half of both, and from there comes the light that it reflects instead: an object's spheres show twice its surface,
+//! so that there are no gaps between them, and what they hide is summed up, as nothing is hidden more than once. (Spheres that
+//! hide all behind them, as if by chance, leave a third of the light in the middle of a shadow.)
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -36,6 +38,9 @@ pub struct ObjectSphere {
 /// Spheres of an object.
 pub const SPHERES_PER_OBJECT: usize = 16;
 
+/// Share of the light behind a sphere that it hides; it shows so much more than its part of the object does.
+pub(crate) const OPACITY: f32 = 0.5;
+
 /// Points of the surface that are divided among spheres.
 const POINTS: usize = 2048;
 
@@ -49,7 +54,7 @@ const REACH: f32 = 6.0;
 pub(crate) const FADE_FROM: f32 = 0.5;
 
 /// Divides a model's surface into patches, and gives each a sphere that hides as much as the patch does on average: a closed
-/// surface of area A shows A / 4 of it from any side, a sphere π r².
+/// surface of area A shows A / 4 of it from any side, a sphere π r², of which it hides [`OPACITY`].
 pub(crate) fn fit_spheres(model: &Scene) -> Vec<ObjectSphere> {
     let points = surface_points(model);
     let mut middles: Vec<Vec3> = Vec::with_capacity(SPHERES_PER_OBJECT);
@@ -84,7 +89,7 @@ pub(crate) fn fit_spheres(model: &Scene) -> Vec<ObjectSphere> {
     let reach = REACH * (area / (4.0 * PI)).sqrt();
     let sphere = |(middle, patch): (&Vec3, &Patch)| ObjectSphere {
         center: *middle,
-        radius: (area * patch.points / points.len() as f32 / (4.0 * PI)).sqrt(),
+        radius: (area * patch.points / points.len() as f32 / (4.0 * PI * OPACITY)).sqrt(),
         albedo: patch.albedo / patch.points,
         reach,
         object: 0,
@@ -168,6 +173,7 @@ impl ObjectInfluence {
         let Some(light) = light() else { return Self::NONE };
         let lamp = light.lamp(normal);
         let (mut hidden, mut lamp_left, mut reflected) = (0.0, 1.0, Vec3::ZERO);
+        let mut lamp_hidden: f32 = 0.0;
         // Of one object: its spheres follow each other.
         let (mut object, mut albedo, mut from_object) = (None, Vec3::ZERO, Vec3::ZERO);
         let reflected_by = |albedo: Vec3, from_object: Vec3| {
@@ -177,22 +183,25 @@ impl ObjectInfluence {
         for sphere in near {
             if object != Some(sphere.object) {
                 reflected += reflected_by(albedo, from_object);
+                lamp_left *= (1.0 - lamp_hidden).max(0.0);
                 (object, albedo, from_object) = (Some(sphere.object), Vec3::ZERO, Vec3::ZERO);
+                lamp_hidden = 0.0;
             }
             let offset = sphere.center - position;
             let distance = offset.length().max(f32::MIN_POSITIVE);
             let direction = offset / distance;
-            let strength = fade(distance / sphere.reach);
+            let strength = OPACITY * fade(distance / sphere.reach);
             let radii = (distance / sphere.radius.max(f32::MIN_POSITIVE)).max(1.0);
             let share = strength * sphere_form_factor(radii, normal.dot(direction));
             hidden += sphere.hides * share;
             albedo += share * sphere.albedo;
             from_object += share * direction;
             let angle = lamp.direction.dot(direction).clamp(-1.0, 1.0).acos();
-            lamp_left *= 1.0
-                - sphere.hides * strength * covered_share(lamp.cosine.acos(), radii.recip().asin(), angle);
+            let covered = covered_share(lamp.cosine.acos(), radii.recip().asin(), angle);
+            lamp_hidden += sphere.hides * strength * covered;
         }
         reflected += reflected_by(albedo, from_object);
+        lamp_left *= (1.0 - lamp_hidden).max(0.0);
         let all = light.irradiance(normal).max(Vec3::splat(f32::MIN_POSITIVE));
         let of_lamp = (lamp.flux * normal.dot(lamp.direction).max(0.0) / all).min(Vec3::ONE);
         Self { left: of_lamp * lamp_left + (1.0 - of_lamp) * (1.0 - hidden).max(0.0), reflected }
@@ -296,7 +305,7 @@ mod tests {
             let hidden = |sphere: &ObjectSphere| {
                 let offset = sphere.center - position;
                 let radii = offset.length() / sphere.radius;
-                sphere_form_factor(radii, -direction.dot(offset.normalize()))
+                OPACITY * sphere_form_factor(radii, -direction.dot(offset.normalize()))
             };
             let share: f32 = spheres.iter().map(hidden).sum();
             let truth = 0.7f32.powi(2) / 16.0;
@@ -304,6 +313,47 @@ mod tests {
             assert!((share / truth - 1.0).abs() < 0.1, "{share} {truth}");
         }
         assert!(spheres.iter().all(|sphere| sphere.albedo.abs_diff_eq(Vec3::new(0.8, 0.2, 0.1), 1e-5)));
+    }
+
+    /// A ball over a floor, between it and a lamp: what of the lamp is left where.
+    #[test]
+    fn spheres_hide_a_lamp_as_a_ball_does() {
+        let fitted = fit_spheres(&ball(1.0));
+        let direction = Vec3::new(0.2, 1.0, 0.1).normalize();
+        // No lamp is found to be narrower.
+        for (degrees, height) in [(15.0f32, 1.0), (15.0, 2.0), (30.0, 1.0), (45.0, 1.5)] {
+            let cosine = degrees.to_radians().cos();
+            let rays: Vec<Vec3> = (0..20_000)
+                .map(|i| spherical_fibonacci(i, 20_000))
+                .filter(|ray| ray.dot(direction) > cosine)
+                .collect();
+            let placed: Vec<ObjectSphere> =
+                fitted.iter().map(|sphere| sphere.placed(&Placement::at(Vec3::Y * height), 0)).collect();
+            let mut squares = [0.0; 2];
+            for i in 0..16 {
+                let position = Vec3::new(0.2 * i as f32, 0.0, 0.1);
+                let middle = Vec3::Y * height - position;
+                let meets = |ray: &&Vec3| middle.cross(**ray).length_squared() < 1.0;
+                let truth = rays.iter().filter(meets).count() as f32 / rays.len() as f32;
+                let covered = |sphere: &ObjectSphere| {
+                    let offset = sphere.center - position;
+                    let apart = direction.dot(offset.normalize()).acos();
+                    let radii = (offset.length() / sphere.radius).max(1.0);
+                    covered_share(degrees.to_radians(), radii.recip().asin(), apart)
+                };
+                let hidden: f32 = placed.iter().map(|sphere| OPACITY * covered(sphere)).sum();
+                // Spheres of half the area that hide all behind them, as if each was where it is by chance.
+                let small = |sphere: &ObjectSphere| ObjectSphere {
+                    radius: sphere.radius * OPACITY.sqrt(),
+                    ..*sphere
+                };
+                let by_chance: f32 = placed.iter().map(|sphere| 1.0 - covered(&small(sphere))).product();
+                squares[0] += (hidden.min(1.0) - truth).powi(2) / 16.0;
+                squares[1] += (1.0 - by_chance - truth).powi(2) / 16.0;
+            }
+            let [error, by_chance] = squares.map(f32::sqrt);
+            assert!(error < 0.13 && error < 0.8 * by_chance, "{degrees}° at {height}: {error}, {by_chance}");
+        }
     }
 
     #[test]

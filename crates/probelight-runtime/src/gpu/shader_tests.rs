@@ -33,7 +33,7 @@ use crate::frame::{
     URGENCY_STEP_BITS, Waiting,
 };
 use crate::grid_light::LAMP_PASSES;
-use crate::object_spheres::FADE_FROM;
+use crate::object_spheres::{FADE_FROM, OPACITY};
 use crate::{ClusterExtent, FADE_STEPS, ObjectSphere};
 
 /// All shaders of the crate, by the name of their function.
@@ -186,6 +186,7 @@ fn partners() -> Partners {
             ("GRID_COSINES", f64::from(GRID_COSINES)),
             ("MAX_GRID_ROWS", MAX_GRID_ROWS as f64),
             ("FADE_FROM", f64::from(FADE_FROM)),
+            ("OPACITY", f64::from(OPACITY)),
             ("LAMP_PASSES", f64::from(LAMP_PASSES)),
             ("LARGEST", f16::MAX.to_f64()),
             ("INVERSE_PI", f64::from(std::f32::consts::FRAC_1_PI)),

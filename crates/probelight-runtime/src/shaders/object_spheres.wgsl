@@ -18,6 +18,9 @@ struct ObjectSphere {
 // From this share of the reach on, spheres fade out.
 const FADE_FROM: f32 = 0.5;
 
+// Share of the light behind a sphere that it hides; it shows so much more than its part of the object does.
+const OPACITY: f32 = 0.5;
+
 // What spheres do not know: the surface of no object.
 const NO_OBJECT = 0xFFFFFFFFu;
 
@@ -60,6 +63,7 @@ fn object_influence(
     var any_near = false;
     var hidden = 0.0;
     var lamp_left = 1.0;
+    var lamp_hidden = 0.0;
     var reflected = vec3f(0.0);
     // Of one object: its spheres follow each other.
     var object = NO_OBJECT;
@@ -76,6 +80,8 @@ fn object_influence(
         let sphere = object_spheres[i];
         if sphere.object != object {
             reflected += reflected_by(light, albedo, from_object);
+            lamp_left *= max(1.0 - lamp_hidden, 0.0);
+            lamp_hidden = 0.0;
             object = sphere.object;
             albedo = vec3f(0.0);
             from_object = vec3f(0.0);
@@ -83,16 +89,17 @@ fn object_influence(
         let offset = sphere.center - position;
         let distance = max(length(offset), 1e-30);
         let direction = offset / distance;
-        let strength = 1.0 - smoothstep(FADE_FROM, 1.0, distance / sphere.reach);
+        let strength = OPACITY - OPACITY * smoothstep(FADE_FROM, 1.0, distance / sphere.reach);
         let radii = max(distance / max(sphere.radius, 1e-30), 1.0);
         let share = strength * sphere_form_factor(radii, dot(normal, direction));
         hidden += sphere.hides * share;
         albedo += share * sphere.albedo;
         from_object += share * direction;
         let between = acos(clamp(dot(lamp.direction, direction), -1.0, 1.0));
-        lamp_left *= 1.0 - sphere.hides * strength * covered_share(acos(lamp.cosine), asin(1.0 / radii), between);
+        lamp_hidden += sphere.hides * strength * covered_share(acos(lamp.cosine), asin(1.0 / radii), between);
     }
     reflected += reflected_by(light, albedo, from_object);
+    lamp_left *= max(1.0 - lamp_hidden, 0.0);
     let all = max(irradiance_from(light, normal), vec3f(1e-30));
     let of_lamp = min(lamp.flux * max(dot(normal, lamp.direction), 0.0) / all, vec3f(1.0));
     return ObjectInfluence(of_lamp * lamp_left + (1.0 - of_lamp) * max(1.0 - hidden, 0.0), reflected);
