@@ -2,6 +2,8 @@
 
 mod support;
 
+use std::time::Duration;
+
 use bevy::asset::RenderAssetUsages;
 use bevy::light::{EnvironmentMapLight, GeneratedEnvironmentMapLight, Skybox};
 use bevy::prelude::*;
@@ -159,12 +161,20 @@ fn half_a_map_lights_by_elevation() {
 /// Where texture arrays cannot be bound, as with the driver in software, Bevy 0.19.1's shader for lightmaps under environment maps
 /// takes a number for a truth, and does not compile.
 fn correct_bevys_shader(app: &mut App) {
-    let wrong = "light_probes.view_environment_map_affects_lightmapped_mesh_diffuse;";
-    let right = "light_probes.view_environment_map_affects_lightmapped_mesh_diffuse != 0u;";
+    let flag = "light_probes.view_environment_map_affects_lightmapped_mesh_diffuse";
+    let reading = |shaders: &Assets<Shader>| {
+        shaders.iter().find(|(_, shader)| shader.source.as_str().contains(flag)).map(|(id, _)| id)
+    };
+    // Shaders are loaded in the background.
+    let id = (0..2000).find_map(|_| {
+        app.update();
+        std::thread::sleep(Duration::from_millis(5));
+        reading(app.world().resource())
+    });
     let mut shaders = app.world_mut().resource_mut::<Assets<Shader>>();
-    let found = shaders.iter().find(|(_, shader)| shader.source.as_str().contains(wrong)).map(|(id, _)| id);
-    let Some(mut shader) = found.and_then(|id| shaders.get_mut(id)) else { return };
-    *shader = Shader::from_wgsl(shader.source.as_str().replace(wrong, right), shader.path.clone());
+    let mut shader = shaders.get_mut(id.expect("a shader reads the flag")).unwrap();
+    let (wrong, right) = (format!("{flag};"), format!("{flag} != 0u;"));
+    *shader = Shader::from_wgsl(shader.source.as_str().replace(&wrong, &right), shader.path.clone());
     drop(shader);
     app.update();
 }

@@ -13,9 +13,9 @@ use crate::surfels_of_texels::surfels_of_texels;
 /// Points along the edge of a texel: at least, and at most where lightmaps are small.
 const POINTS_PER_EDGE: [u32; 2] = [2, 8];
 
-/// About so many points a lightmap may have beyond the least: 8 MB. With eight times as many, no reference of the Cornell box
-/// is met better.
-const POINTS: usize = 1 << 18;
+/// About so many points a lightmap may have beyond the least: 16 MB. With four times as many, no reference of the Cornell
+/// box or of coarse bakes of the rooms is met better.
+const POINTS: usize = 1 << 19;
 
 /// Surfels of whose area points stand for less are slivers between them, and have their light samples instead.
 const LEAST_SHARE: f32 = 0.5;
