@@ -6,7 +6,7 @@
 //!  point         6 perspective views, the faces of a cube
 //! ```
 //!
-//! What pictures need besides, views that are fitted to what an eye sees, is in [`eye_views`](super::eye_views).
+//! What pictures need besides, views that are fitted to what an eye sees, is in `eye_views`.
 //!
 //! Each view is a little wider than its share, so that a filter's taps never leave it: no seams.
 
