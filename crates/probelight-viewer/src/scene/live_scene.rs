@@ -39,6 +39,9 @@ pub struct LiveScene {
     objects: HashMap<Item, Placed>,
 }
 
+/// Half the largest angle of the lamp at the camera, radians; nothing shines backwards.
+const WIDEST_HEADLIGHT: f32 = 1.5;
+
 /// An object of the document in the runtime.
 #[derive(Debug)]
 struct Placed {
@@ -89,9 +92,7 @@ impl LiveScene {
         let ViewState { time, muted, camera, .. } = view;
         let mut lighting = audible(document, muted, *time);
         if self.has_headlight(document) {
-            // About as bright as the sky that such a scene gets, seen from as far as the whole of it is.
-            let intensity = Vec3::splat(8.0 * self.scene().bounds().diagonal().powi(2));
-            lighting.lights.push(Light::Point { position: camera.position, intensity, range: None });
+            lighting.lights.push(headlight(camera, self.scene().bounds().diagonal()));
         }
         let lighting = self.runtime.set_lighting(lighting);
         self.runtime.set_bounces(!muted.bounces);
@@ -206,5 +207,21 @@ fn shape(model: &AnimatedModel, clip: Option<usize>, time: f32) -> Arc<Scene> {
     match clip {
         Some(_) => Arc::new(model.pose(clip, time)),
         None => Arc::clone(model.rest()),
+    }
+}
+
+/// A lamp at the camera that lights what it sees: by one shadow map where a lamp that shines all around has six, which are drawn
+/// anew whenever the camera moves. About as bright as the sky that such a scene gets, seen from as far as the whole of it is.
+fn headlight(camera: &Camera, diagonal: f32) -> Light {
+    let intensity = Vec3::splat(8.0 * diagonal.powi(2));
+    let aspect = camera.width as f32 / camera.height.max(1) as f32;
+    let to_corner = ((0.5 * camera.vertical_fov).tan() * aspect.hypot(1.0)).atan();
+    Light::Spot {
+        position: camera.position,
+        direction: (camera.target - camera.position).normalize_or(-Vec3::Z),
+        intensity,
+        inner_angle: to_corner.min(WIDEST_HEADLIGHT),
+        outer_angle: (1.05 * to_corner).min(WIDEST_HEADLIGHT + 0.01),
+        range: None,
     }
 }
