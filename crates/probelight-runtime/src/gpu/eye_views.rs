@@ -45,6 +45,11 @@ pub(super) fn eye_view_count(lights: &[Light]) -> usize {
 }
 
 impl EyeViews {
+    /// No light has one.
+    pub(super) fn none(lights: &[Light]) -> Self {
+        Self { records: Vec::new(), first: vec![NO_VIEW; lights.len()] }
+    }
+
     /// The views of lights for an eye, `resolution` texels wide.
     pub(super) fn new(lights: &[Light], bounds: &Bounds, resolution: u32, eye: &Camera) -> Self {
         let balls = EYE_REACHES.map(|reach| Ball::in_view(eye, reach * bounds.diagonal()));
@@ -55,7 +60,7 @@ impl EyeViews {
             .filter(|(_, brightness)| *brightness > 0.0)
             .collect();
         brightest.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-        let mut views = Self { records: Vec::new(), first: vec![NO_VIEW; lights.len()] };
+        let mut views = Self::none(lights);
         for (light, _) in brightest {
             if views.records.len() < MAX_EYE_VIEWS {
                 views.add(light, balls.map(|ball| ball.view_of(&lights[light], bounds, resolution)));
@@ -126,22 +131,20 @@ impl Ball {
 
     /// A light's view that holds the ball, if that is finer than the light's own.
     fn view_of(&self, light: &Light, bounds: &Bounds, resolution: u32) -> Option<ShadowViewRecord> {
-        match light {
-            Light::Directional { direction, .. } => Some(self.parallel_view(*direction, bounds, resolution)),
-            Light::Point { position, .. } => {
-                let window = self.window(*position, nearest_axis(self.center - *position), resolution)?;
-                (window.half_width < WIDEST_WINDOW)
-                    .then(|| perspective_view(*position, &window, bounds, resolution))
+        let (position, axis, own_half_width) = match light {
+            Light::Directional { direction, .. } => {
+                return Some(self.parallel_view(*direction, bounds, resolution));
             }
+            Light::Point { position, .. } => (*position, nearest_axis(self.center - *position), 1.0),
             Light::Spot { position, direction, outer_angle, .. } => {
                 // Where the ball is wider than the cone, the cone is enough; and a cube's faces are not wider than one.
                 let own = outer_angle.tan();
-                let own = if (0.0..1.0).contains(&own) { own } else { 1.0 };
-                let window = self.window(*position, *direction, resolution)?;
-                (window.half_width < WIDEST_WINDOW * own)
-                    .then(|| perspective_view(*position, &window, bounds, resolution))
+                (*position, *direction, if (0.0..1.0).contains(&own) { own } else { 1.0 })
             }
-        }
+        };
+        let window = self.window(position, axis, resolution)?;
+        (window.half_width < WIDEST_WINDOW * own_half_width)
+            .then(|| perspective_view(position, &window, bounds, resolution))
     }
 
     fn parallel_view(&self, direction: Vec3, bounds: &Bounds, resolution: u32) -> ShadowViewRecord {

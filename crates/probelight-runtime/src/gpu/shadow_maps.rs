@@ -15,7 +15,7 @@ use super::eye_views::{EyeViews, MAX_EYE_VIEWS, eye_view_count};
 use super::moving_geometry::MovingGeometry;
 use super::scene_geometry::SceneGeometry;
 use super::shadow_views::{
-    LightRecord, LightsRecord, MAX_SHADOW_VIEWS, NO_VIEW, ShadowViewRecord, light_records, view_count,
+    LightRecord, LightsRecord, MAX_SHADOW_VIEWS, ShadowViewRecord, light_records, view_count,
 };
 
 /// How fine shadow maps are.
@@ -111,8 +111,7 @@ impl ShadowMaps {
             let layout = lights_layout(device);
             let maps = Maps::new(device, SMALLEST_RESOLUTION, 0);
             let eye = EyeMaps::new(device, SMALLEST_RESOLUTION, 0);
-            let resources = [light_buffer.as_entire_binding(), view_buffer.as_entire_binding()];
-            let bind_group = bind_maps(device, &layout, resources, [&maps, &eye.maps]);
+            let bind_group = bind_maps(device, &layout, [&light_buffer, &view_buffer], [&maps, &eye.maps]);
             let caster = Caster::new(device, geometry, &view_buffer);
             let lights = Vec::new();
             Ok(Self {
@@ -175,7 +174,7 @@ impl ShadowMaps {
         self.lights = lights.to_vec();
         self.is_stale = true;
         // Until an eye says what it sees, there are no views for it.
-        self.eye.views = EyeViews { records: Vec::new(), first: vec![NO_VIEW; lights.len()] };
+        self.eye.views = EyeViews::none(lights);
         Ok(())
     }
 
@@ -200,8 +199,8 @@ impl ShadowMaps {
             if !eyes_are_fit {
                 self.eye = EyeMaps::new(device, self.options.largest_resolution(), for_eye);
             }
-            let resources = [self.light_buffer.as_entire_binding(), self.view_buffer.as_entire_binding()];
-            self.bind_group = bind_maps(device, &self.layout, resources, [&self.maps, &self.eye.maps]);
+            let buffers = [&self.light_buffer, &self.view_buffer];
+            self.bind_group = bind_maps(device, &self.layout, buffers, [&self.maps, &self.eye.maps]);
             Ok(())
         })
     }
@@ -370,9 +369,10 @@ impl EyeMaps {
 fn bind_maps(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
-    [lights, views]: [wgpu::BindingResource<'_>; 2],
+    buffers: [&wgpu::Buffer; 2],
     [maps, eye]: [&Maps; 2],
 ) -> wgpu::BindGroup {
+    let [lights, views] = buffers.map(wgpu::Buffer::as_entire_binding);
     let [maps, eye] = [maps, eye].map(|maps| wgpu::BindingResource::TextureView(&maps.all));
     bind(device, "lights", layout, [lights, views, maps, eye])
 }

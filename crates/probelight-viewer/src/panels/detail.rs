@@ -33,7 +33,7 @@ struct Savings<'a> {
     baked: &'a BakedScene,
     view: View,
     /// The settings that are shown.
-    lod: LodSettings,
+    lod: &'a LodSettings,
 }
 
 impl Savings<'_> {
@@ -49,7 +49,7 @@ impl Savings<'_> {
     fn against(&self, remove: impl FnOnce(&mut LodSettings)) -> String {
         let mut without = self.lod.clone();
         remove(&mut without);
-        let [without, with] = [&without, &self.lod].map(|lod| self.bytes(lod) as f64);
+        let [without, with] = [&without, self.lod].map(|lod| self.bytes(lod) as f64);
         let (unit, bytes) = if without < 1e6 { ("kB", 1e3) } else { ("MB", 1e6) };
         format!("saves {:.2} of {:.2} {unit} a frame", (without - with) / bytes, without / bytes)
     }
@@ -63,7 +63,7 @@ impl Savings<'_> {
 /// Shows the levels of detail of a baked scene.
 pub fn show(ui: &mut Ui, state: &State, baked: &BakedScene, work: Work, held: Held, actions: &mut Actions) {
     let mut view = state.view.clone();
-    let savings = Savings { baked, view: View::from(&view.camera), lod: view.lod.clone() };
+    let savings = Savings { baked, view: View::from(&view.camera), lod: &state.view.lod };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         presets(ui, &mut view.lod);
         let time = Hold {
