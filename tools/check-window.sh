@@ -39,6 +39,12 @@ wait_for() { # SECONDS WHAT COMMAND...
     done
 }
 key() { xdotool key --delay 60 "$@"; sleep 0.7; }
+# Around the scene by the mouse, as slowly as a hand.
+drag() {
+    xdotool mousemove 560 420 sleep 0.1 mousedown 1
+    for x in 580 600 640 680; do xdotool sleep 0.1 mousemove "$x" $((420 + (x - 560) / 6)); done
+    xdotool sleep 0.1 mouseup 1
+}
 shot() { import -window root "$work/$1.png"; }
 # Mean brightness of the picture's middle, 0 to 1.
 brightness() { convert "$work/$1.png" -gravity center -crop 300x200+0-80 -colorspace Gray -format '%[fx:mean]' info:; }
@@ -80,7 +86,7 @@ shot lit
 [[ -z $pictures ]] || cp lit.png "$pictures/viewer.png"
 
 # The mouse: the camera goes around; what is clicked is picked.
-xdotool mousemove 560 420 mousedown 1 mousemove 600 420 mousemove 680 440 mouseup 1
+drag
 pause 3
 shot turned
 differ lit turned || fail 'dragging does not turn the camera'
@@ -116,6 +122,17 @@ shot help
 differ clusters help || fail 'there is no help'
 key F1 F12
 wait_for $((20 * slow)) 'no picture was saved' test -s probelight-001.png
+
+# All frames of a drag are saved, none after it.
+key F11
+drag
+wait_for $((20 * slow)) 'no frames were saved' test -s probelight-frames-001/00002.png
+key F11
+pause 1
+frames=$(ls probelight-frames-001 | wc -l)
+drag
+pause 2
+[[ $(ls probelight-frames-001 | wc -l) = "$frames" ]] || fail 'frames are still saved'
 
 wait_for $((600 * slow)) 'it never rests' rests
 

@@ -90,7 +90,7 @@ pub use error::RuntimeError;
 pub use frame::{
     Budget, ClusterExtent, FADE_STEPS, FrameInput, FramePlan, LodChanges, LodGovernor, LodLevel, LodPreset,
     LodSettings, LodZones, PerStage, Planner, ProbeExtent, SimilaritySearch, Stage, StageTimings, View,
-    stage_bytes,
+    Workload, stage_bytes,
 };
 pub use grid_light::{GridLight, Lamp};
 pub use grid_places::GridPlaces;

@@ -19,7 +19,7 @@ use crate::scene_state::SceneState;
 use crate::shadow_turns::ShadowTurns;
 use crate::{
     Convergence, FrameInput, FramePlan, GridPlaces, IrradianceGrid, IrradianceLightmap, LodSettings,
-    ObjectInfluence, Objects, RuntimeError, Stage, StageTimings, SurfaceColors, Ways,
+    ObjectInfluence, Objects, RuntimeError, Stage, StageTimings, SurfaceColors, Ways, Workload,
 };
 
 /// Lights a baked scene, frame by frame. Feature `cpu`, on by default.
@@ -166,6 +166,13 @@ impl Runtime {
     /// What the last frame computed: of the [plan](Self::plan) what did not wait, see [`LodChanges`](crate::LodChanges).
     pub fn work(&self) -> &FramePlan {
         work_of(self.work.as_deref(), &self.plans)
+    }
+
+    /// The same in numbers, and what waits.
+    pub fn workload(&self) -> Workload {
+        let thresholds = self.plans.thresholds();
+        let pending = self.work.as_ref().map_or(0, |work| work.pending_clusters(thresholds));
+        Workload::new(&self.baked, self.work().clusters(), pending)
     }
 
     /// Computes one frame, which adds one bounce to the lightmap.

@@ -8,7 +8,7 @@ mod support;
 use probelight_asset::BakedParts;
 use probelight_math::glam::{DVec3, Vec3};
 use probelight_runtime::gpu::{GpuOptions, GpuRuntime, ShadowMapOptions};
-use probelight_runtime::{FrameInput, LodChanges, LodLevel, LodSettings, Runtime, View};
+use probelight_runtime::{FrameInput, LodChanges, LodLevel, LodSettings, Runtime, View, Workload};
 use probelight_scene::Lighting;
 use support::{SMALL_PAPER, Size, all_lights, checked, random_room};
 
@@ -57,6 +57,13 @@ impl Twins {
             extents.iter().filter(|extent| extent.receivers > 0).count()
         };
         [count(self.on_cpu.work().clusters()), count(&self.on_gpu.read_work().unwrap())]
+    }
+
+    /// What the last frame did and left, which both must agree on.
+    fn workload(&self) -> Workload {
+        let on_gpu = self.on_gpu.read_workload().unwrap();
+        assert_eq!(self.on_cpu.workload(), on_gpu);
+        on_gpu
     }
 
     fn difference(&self) -> f64 {
@@ -110,13 +117,19 @@ fn a_budget_chooses_the_same_clusters() {
     let all = parts.receiver_basis.len() + parts.signal_basis.len();
     let changes = LodChanges { threshold: 0.02, longest_wait: 9, matrix_bytes: Some(all as u64) };
     let Some(mut twins) = Twins::new(parts, changes) else { return };
+    let mut most_pending = 0;
     for [emission, floor] in WALK {
         twins.step(emission, floor);
         let [on_cpu, on_gpu] = twins.worked();
         assert_eq!(on_cpu, on_gpu);
         assert!(on_cpu < 20, "{on_cpu}: the budget is a quarter of all");
+        let Workload { receivers, matrix_bytes, pending_clusters } = twins.workload();
+        assert_eq!(receivers, 100 * on_cpu as u64);
+        assert_eq!(matrix_bytes == 0, on_cpu == 0);
+        most_pending = most_pending.max(pending_clusters);
         assert!(twins.difference() < TOLERANCE);
     }
+    assert!(most_pending > 0, "a budget leaves clusters waiting");
 }
 
 /// Levels of all kinds at once, seen by a camera that moves.

@@ -18,6 +18,8 @@ pub struct Settings {
     pub recent: Vec<PathBuf>,
     /// Whether there are more frames than 60 a second.
     pub runs_free: bool,
+    /// Whether frames do not wait for the display.
+    pub tears: bool,
 }
 
 impl Settings {

@@ -216,6 +216,9 @@ fn the_picture_follows_the_light_and_rests_when_nothing_changes() {
     let draws = harness.state().draws();
     harness.run_steps(5);
     assert_eq!(harness.state().draws(), draws, "and nothing is drawn");
+    let figures = harness.state().figures();
+    assert!(figures["receivers"].as_u64() > Some(0), "{figures}");
+    assert_eq!(figures["pending_clusters"], 0, "{figures}");
     harness.state_mut().act(Action::Edit(Edit::SetSky(Sky::Uniform(Vec3::splat(0.5)))));
     harness.step();
     assert_ne!(picture(&harness), lit, "a change is seen in the next frame");
@@ -356,6 +359,9 @@ fn panels_look_as_they_did() {
     harness.get_by_label("+ spot").click();
     harness.get_by_label("Detail").click();
     harness.run_steps(3);
+    // The numbers of frames are those of light at rest.
+    until(&mut harness, "settling", |viewer| !viewer.is_busy());
+    harness.run_steps(2);
     let options = SnapshotOptions::new().failed_pixel_count_threshold(LARGEST_CHANGE);
     let panels = [("lights", 0..300), ("detail", 988..1280)];
     let looks = |harness: &mut Harness<'_, Viewer>, options: &SnapshotOptions| {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 use anyhow::{Context, ensure};
 use clap::Args;
@@ -64,6 +65,7 @@ fn keys_help() -> String {
 
 /// Shows a scene in a window until it is closed.
 pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
+    let started = Instant::now();
     // Without a display nothing needs to be opened.
     ensure!(probelight_viewer::has_display(), WindowError::NoDisplay);
     for file in flags.file.iter().chain(&flags.setup) {
@@ -81,11 +83,12 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
         camera: flags.camera.clone(),
         exposure: flags.exposure,
         resolution: flags.resolution,
+        vsync: flags.no_vsync.then_some(false),
         objects: flags.objects.paths(),
+        started: Some(started),
         ..options()
     };
-    let mut window = WindowOptions { vsync: !flags.no_vsync, ..WindowOptions::default() };
-    window.size = flags.size.unwrap_or(window.size);
+    let window = flags.size.map_or_else(WindowOptions::default, |size| WindowOptions { size });
     show(&gpu, options, window)
 }
 

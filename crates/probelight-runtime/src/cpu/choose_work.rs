@@ -195,6 +195,12 @@ impl ChooseWork {
         }
     }
 
+    /// Number of clusters that wait to be computed, given what of their light may.
+    pub(crate) fn pending_clusters(&self, thresholds: &Thresholds) -> usize {
+        let clusters = self.clusters.iter().zip(&thresholds.clusters);
+        clusters.filter(|(waiting, threshold)| waiting.is_pending(**threshold)).count()
+    }
+
     /// Notes how bright the clusters are that were computed, given all coefficients b.
     pub(crate) fn note_light(&mut self, baked: &BakedScene, coefficients: &[[f32; 3]]) {
         let Self { tables, work, clusters, .. } = self;

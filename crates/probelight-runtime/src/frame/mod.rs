@@ -28,6 +28,7 @@ mod sight;
 mod similarity_search;
 mod stage;
 mod waiting;
+mod workload;
 mod zones;
 
 #[cfg(any(feature = "cpu", test))]
@@ -66,4 +67,5 @@ pub(crate) use waiting::{Admission, urgency};
 #[cfg(test)]
 pub(crate) use waiting::{NEXT_TO_NOTHING, URGENCY_STEP_BITS};
 pub(crate) use waiting::{URGENCIES, Waiting};
+pub use workload::Workload;
 pub use zones::LodZones;

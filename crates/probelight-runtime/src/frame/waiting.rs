@@ -18,7 +18,6 @@ pub(crate) const URGENCY_STEP_BITS: u32 = 2;
 
 /// Share of the largest change that may wait below which nothing is computed however long it waits. Without it, light
 /// that stands still would go on to be computed for changes of last digits.
-#[cfg(any(feature = "cpu", test))]
 pub(crate) const NEXT_TO_NOTHING: f32 = 1.0 / 64.0;
 
 /// What probes may leave waiting, as a share of what clusters may: what a probe misses reaches all clusters around it.
@@ -37,6 +36,13 @@ pub(crate) struct Waiting {
     pub(crate) frames: u32,
     /// How urgent it is in the present frame, or no such index.
     pub(crate) urgency: u32,
+}
+
+impl Waiting {
+    /// Whether its light is not that of the last frame, given the share of it that may wait.
+    pub(crate) fn is_pending(&self, threshold: f32) -> bool {
+        self.change > NEXT_TO_NOTHING * threshold * self.light
+    }
 }
 
 /// How urgent something is: the higher the sooner; [`NONE`] for what may wait.
@@ -119,6 +125,12 @@ mod tests {
         let dark = Waiting { light: 0.0, ..after(1e-9) };
         assert_eq!(urgency(&dark, false, 0.01, 100), 62, "darkness has no change that may wait");
         assert_eq!(urgency(&Waiting { change: 0.0, ..dark }, false, 0.01, 100), NONE);
+    }
+
+    #[test]
+    fn what_changed_by_more_than_next_to_nothing_is_pending() {
+        let found = [0.0, 1e-4, 4e-4, 0.1].map(|change| after(change).is_pending(0.01));
+        assert_eq!(found, [false, false, true, true]);
     }
 
     #[test]

@@ -227,6 +227,15 @@ impl ChooseWork {
         }
     }
 
+    /// What counts the clusters that wait, once their states are read from the buffer that comes with it.
+    pub(super) fn pending_clusters(&self) -> (wgpu::Buffer, impl FnOnce(Vec<Waiting>) -> usize + use<>) {
+        let thresholds: Vec<f32> = self.uploaded_clusters.iter().map(|wish| wish.threshold).collect();
+        let count = move |clusters: Vec<Waiting>| {
+            clusters.iter().zip(thresholds).filter(|(it, threshold)| it.is_pending(*threshold)).count()
+        };
+        (self.buffers.states.clone(), count)
+    }
+
     /// Makes the next frame compute all clusters and probes, whatever it may cost.
     pub(super) fn forget(&mut self) {
         self.is_forced = true;

@@ -1,6 +1,8 @@
 //! Reading what the stages hand to each other, and replacing it: for still pictures, measurements and tests of
 //! single stages. Reading waits for the GPU, except where it is `async`; see [`readback`](super::readback).
 
+use std::sync::Arc;
+
 use bytemuck::cast_slice;
 use probelight_math::glam::Vec3;
 
@@ -12,9 +14,7 @@ use super::gpu_runtime::GpuRuntime;
 #[cfg(feature = "blocking")]
 use super::readback::read_buffer;
 use super::readback::read_buffer_async;
-#[cfg(feature = "blocking")]
-use crate::ClusterExtent;
-use crate::IrradianceLightmap;
+use crate::{ClusterExtent, IrradianceLightmap, Workload};
 
 impl GpuRuntime {
     /// Irradiance of the receivers in the last frame, W/m², in the order of
@@ -100,6 +100,33 @@ impl GpuRuntime {
     #[cfg(feature = "blocking")]
     pub fn read_work(&self) -> Result<Vec<ClusterExtent>, GpuError> {
         read_buffer(&self.device, &self.queue, &self.buffers.extents.clusters)
+    }
+
+    /// The same in numbers, and what waits. Waits for the GPU.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    #[cfg(feature = "blocking")]
+    pub fn read_workload(&self) -> Result<Workload, GpuError> {
+        wait_for(&self.device, self.read_workload_async())
+    }
+
+    /// What the last frame computed that was submitted before this is first polled, and what waits.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] if the GPU does not answer.
+    pub fn read_workload_async(&self) -> impl Future<Output = Result<Workload, GpuError>> + use<> {
+        let (device, queue, baked) = (self.device.clone(), self.queue.clone(), Arc::clone(&self.baked));
+        let extents = self.buffers.extents.clusters.clone();
+        let waiting = self.work.as_ref().map(|work| work.pending_clusters());
+        async move {
+            let pending = match waiting {
+                Some((states, count)) => count(read_buffer_async(&device, &queue, &states).await?),
+                None => 0,
+            };
+            let computed: Vec<ClusterExtent> = read_buffer_async(&device, &queue, &extents).await?;
+            Ok(Workload::new(&baked, &computed, pending))
+        }
     }
 
     /// Replaces the receivers' irradiance: the next frame's feedback.

@@ -29,7 +29,19 @@ pub const FIRST_QUALITY: Option<Quality> = None;
 /// Qualities, and what one gets.
 pub const QUALITIES: &[(Quality, &str, &str)] = &[];
 
+/// Pages save no frames.
+#[derive(Clone, Copy, Debug)]
+pub enum Recording {}
+
 impl Viewer {
+    /// Nobody is offered this.
+    pub(crate) fn toggle_recording(&mut self) {
+        self.messages.error("pages save no frames");
+    }
+
+    /// There is nothing to save them in.
+    pub(crate) fn record(&mut self) {}
+
     /// Nobody can ask for this.
     pub(crate) fn bake(&mut self, quality: Quality) {
         match quality {}

@@ -5,6 +5,7 @@
 //! | [`window`] | the program's window |
 //! | [`mod@file`] | reads files from the disk, and saves them |
 //! | [`dialogs`] | asks for files |
+//! | [`recording`] | saves all pictures that are drawn |
 //! | [`baker`] | bakes without holding up the window |
 //! | [`background`] | threads |
 
@@ -12,6 +13,7 @@ pub mod background;
 pub mod baker;
 pub mod dialogs;
 pub mod file;
+pub mod recording;
 pub mod window;
 
 pub use background::{breathe, spawn};
@@ -19,3 +21,4 @@ pub use baker::{FIRST_QUALITY, QUALITIES, Quality};
 pub use dialogs::Dialogs;
 pub use file::File;
 pub(crate) use file::save;
+pub use recording::Recording;

@@ -2,7 +2,6 @@
 
 use eframe::egui::{ViewportBuilder, vec2};
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupExisting};
-use eframe::wgpu::PresentMode;
 use probelight_runtime::gpu::GpuDevice;
 
 use crate::viewer::{Viewer, ViewerOptions};
@@ -26,13 +25,11 @@ pub enum WindowError {
 pub struct WindowOptions {
     /// Width and height, points.
     pub size: (u32, u32),
-    /// Whether frames wait for the display.
-    pub vsync: bool,
 }
 
 impl Default for WindowOptions {
     fn default() -> Self {
-        Self { size: (1440, 900), vsync: true }
+        Self { size: (1440, 900) }
     }
 }
 
@@ -51,9 +48,6 @@ pub fn run(gpu: &GpuDevice, options: ViewerOptions, window: WindowOptions) -> Re
         device: gpu.device.clone(),
         queue: gpu.queue.clone(),
     });
-    let mut wgpu_options = WgpuConfiguration { wgpu_setup: setup, ..WgpuConfiguration::default() };
-    wgpu_options.surface.present_mode =
-        if window.vsync { PresentMode::AutoVsync } else { PresentMode::AutoNoVsync };
     let native = eframe::NativeOptions {
         viewport: ViewportBuilder::default()
             .with_title("Probelight")
@@ -61,7 +55,7 @@ pub fn run(gpu: &GpuDevice, options: ViewerOptions, window: WindowOptions) -> Re
             .with_inner_size(vec2(width as f32, height as f32))
             .with_min_inner_size(vec2(640.0, 400.0))
             .with_drag_and_drop(true),
-        wgpu_options,
+        wgpu_options: WgpuConfiguration { wgpu_setup: setup, ..WgpuConfiguration::default() },
         // The size is the one that is asked for.
         persist_window: false,
         ..eframe::NativeOptions::default()

@@ -8,16 +8,8 @@ use probelight_runtime::{
 };
 
 use super::{Actions, row};
+use crate::scene::frame_work::FrameWork;
 use crate::state::{Action, State};
-
-/// What the last frame computed of what there is.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Work {
-    /// Receivers computed, and all.
-    pub receivers: [u64; 2],
-    /// Bytes of matrices read, and all.
-    pub matrix_bytes: [u64; 2],
-}
 
 /// How near levels begin, as factors on their distances, as they are held.
 #[derive(Clone, Copy, Debug, Default)]
@@ -61,7 +53,14 @@ impl Savings<'_> {
 }
 
 /// Shows the levels of detail of a baked scene.
-pub fn show(ui: &mut Ui, state: &State, baked: &BakedScene, work: Work, held: Held, actions: &mut Actions) {
+pub fn show(
+    ui: &mut Ui,
+    state: &State,
+    baked: &BakedScene,
+    work: &FrameWork,
+    held: Held,
+    actions: &mut Actions,
+) {
     let mut view = state.view.clone();
     let savings = Savings { baked, view: View::from(&view.camera), lod: &state.view.lod };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -85,12 +84,12 @@ pub fn show(ui: &mut Ui, state: &State, baked: &BakedScene, work: Work, held: He
             DragValue::new(value).speed(1e-3).range(0.5..=0.999).fixed_decimals(3)
         });
         Grid::new("saved").num_columns(2).show(ui, |ui| {
-            let share = |[part, all]: [u64; 2]| 100.0 * part as f64 / all.max(1) as f64;
-            let megabytes = |bytes: u64| bytes as f64 / 1e6;
-            let [part, all] = work.receivers;
-            row(ui, "receivers", format!("{part} of {all} ({:.0} %)", share(work.receivers)));
-            let [part, all] = work.matrix_bytes.map(megabytes);
-            row(ui, "matrices", format!("{part:.2} of {all:.2} MB ({:.0} %)", share(work.matrix_bytes)));
+            let [done, all] = [work.done.receivers, work.all.receivers];
+            row(ui, "receivers", format!("{done} of {all} ({:.0} %)", share(done, all)));
+            let [done, all] = [work.done.matrix_bytes, work.all.matrix_bytes];
+            let [done_mb, all_mb] = [done, all].map(|bytes| bytes as f64 / 1e6);
+            row(ui, "matrices", format!("{done_mb:.2} of {all_mb:.2} MB ({:.0} %)", share(done, all)));
+            row(ui, "pending clusters", format!("{} of {}", work.done.pending_clusters, work.clusters));
         });
         ui.separator();
         levels(ui, &mut view.lod, &savings);
@@ -103,6 +102,11 @@ pub fn show(ui: &mut Ui, state: &State, baked: &BakedScene, work: Work, held: He
     if view != state.view && view.lod.check().is_ok() {
         actions.push(Action::View(Box::new(view)));
     }
+}
+
+/// Percent.
+fn share(part: u64, all: u64) -> f64 {
+    100.0 * part as f64 / all.max(1) as f64
 }
 
 fn presets(ui: &mut Ui, lod: &mut LodSettings) {

@@ -15,6 +15,8 @@ pub struct Status<'a> {
     pub title: &'a str,
     /// Files that were opened before.
     pub recent: &'a [PathBuf],
+    /// Whether all frames are saved.
+    pub is_recording: bool,
     /// What is going on.
     pub work: Option<String>,
 }
@@ -22,7 +24,7 @@ pub struct Status<'a> {
 /// Shows the bar.
 pub fn show(ui: &mut Ui, state: &State, status: &Status, actions: &mut Actions) {
     MenuBar::new().ui(ui, |ui| {
-        ui.menu_button("File", |ui| file(ui, status.recent, actions));
+        ui.menu_button("File", |ui| file(ui, status.recent, status.is_recording, actions));
         ui.menu_button("Edit", |ui| edit(ui, state, actions));
         ui.menu_button("Window", |ui| window(ui, state, actions));
         item(ui, "Help", &Action::ToggleHelp, actions);
@@ -49,7 +51,7 @@ fn item(ui: &mut Ui, text: &str, action: &Action, actions: &mut Actions) {
     }
 }
 
-fn file(ui: &mut Ui, recent: &[PathBuf], actions: &mut Actions) {
+fn file(ui: &mut Ui, recent: &[PathBuf], is_recording: bool, actions: &mut Actions) {
     item(ui, "Open…", &Action::Request(Request::ChooseFile), actions);
     if cfg!(target_arch = "wasm32") {
         return item(ui, "Save setup", &Action::Request(Request::Save), actions);
@@ -71,6 +73,8 @@ fn file(ui: &mut Ui, recent: &[PathBuf], actions: &mut Actions) {
     item(ui, "Save setup as…", &Action::Request(Request::SaveAs), actions);
     item(ui, "Save bake as…", &Action::Request(Request::SaveBake), actions);
     item(ui, "Save picture", &Action::Request(Request::Screenshot), actions);
+    let record = if is_recording { "Stop saving frames" } else { "Save all frames" };
+    item(ui, record, &Action::Request(Request::ToggleRecording), actions);
     ui.separator();
     item(ui, "Quit", &Action::Request(Request::Quit), actions);
 }
@@ -101,6 +105,9 @@ fn window(ui: &mut Ui, state: &State, actions: &mut Actions) {
     }
     ui.separator();
     ui.checkbox(&mut view.caps_frames, "at most 60 frames a second");
+    if !cfg!(target_arch = "wasm32") {
+        ui.checkbox(&mut view.vsync, "frames wait for the display");
+    }
     egui::widgets::global_theme_preference_buttons(ui);
     if view != state.view {
         actions.push(Action::View(Box::new(view)));

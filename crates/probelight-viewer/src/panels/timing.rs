@@ -1,30 +1,42 @@
 //! How long frames take.
 
+use std::time::Duration;
+
+use eframe::egui::epaint::Hsva;
 use eframe::egui::{Color32, Grid, ScrollArea, Ui};
-use egui_plot::{HLine, Legend, Line, Plot, PlotPoints};
+use egui_plot::{Corner, HLine, Legend, Line, Plot, PlotPoints};
 use probelight_runtime::Stage;
 
 use super::Actions;
-use super::detail::Work;
-use crate::scene::frame_times::{FrameTimes, SHOWN_FRAMES};
+use crate::scene::frame_times::{FrameTime, FrameTimes, SHOWN_FRAMES};
+use crate::scene::frame_work::FrameWork;
 use crate::state::{Action, Request, State};
 
 /// Shows the last frames and the stages of one.
-pub fn show(ui: &mut Ui, state: &State, times: &FrameTimes, work: Work, memory: u64, actions: &mut Actions) {
+pub fn show(
+    ui: &mut Ui,
+    state: &State,
+    times: &FrameTimes,
+    work: &FrameWork,
+    memory: u64,
+    actions: &mut Actions,
+) {
     ui.horizontal_top(|ui| {
         graph(ui, state, times);
         ScrollArea::vertical().id_salt("times").show(ui, |ui| stages(ui, times, work, memory, actions));
     });
 }
 
+fn milliseconds(duration: Duration) -> f64 {
+    duration.as_secs_f64() * 1e3
+}
+
 fn graph(ui: &mut Ui, state: &State, times: &FrameTimes) {
     let first = SHOWN_FRAMES - times.frames().len();
-    let milliseconds = |duration: std::time::Duration| duration.as_secs_f64() * 1e3;
-    let points =
-        |value: &dyn Fn(&crate::scene::frame_times::FrameTime) -> Option<f64>| -> PlotPoints<'static> {
-            let frames = times.frames().enumerate();
-            frames.filter_map(|(n, frame)| Some([(first + n) as f64, value(frame)?])).collect()
-        };
+    let points = |value: &dyn Fn(&FrameTime) -> Option<Duration>| -> PlotPoints<'static> {
+        let frames = times.frames().enumerate();
+        frames.filter_map(|(n, frame)| Some([(first + n) as f64, milliseconds(value(frame)?)])).collect()
+    };
     let mut all: Vec<f64> =
         times.frames().map(|frame| milliseconds(frame.interval.max(frame.host))).collect();
     all.sort_by(f64::total_cmp);
@@ -32,9 +44,9 @@ fn graph(ui: &mut Ui, state: &State, times: &FrameTimes) {
     let highest = all.get(all.len() * 19 / 20).copied().unwrap_or_default();
     let budget = state.view.hold_milliseconds.map_or(1000.0 / 60.0, f64::from);
     Plot::new("frames")
-        .width((ui.available_width() - 400.0).max(200.0))
+        .width((ui.available_width() - 430.0).max(200.0))
         .height(ui.available_height())
-        .legend(Legend::default())
+        .legend(Legend::default().position(Corner::LeftTop))
         .allow_drag(false)
         .allow_zoom(false)
         .allow_scroll(false)
@@ -43,56 +55,67 @@ fn graph(ui: &mut Ui, state: &State, times: &FrameTimes) {
         .show(ui, |plot| {
             plot.set_plot_bounds_x(0.0..=SHOWN_FRAMES as f64);
             plot.set_plot_bounds_y(0.0..=1.25 * highest.max(budget));
-            let frame = |f: &crate::scene::frame_times::FrameTime| {
-                (!f.interval.is_zero()).then(|| milliseconds(f.interval))
-            };
+            let frame = |f: &FrameTime| (!f.interval.is_zero()).then_some(f.interval);
             plot.line(Line::new("frame", points(&frame)));
-            plot.line(Line::new("light", points(&|f| Some(milliseconds(f.light?.frame)))));
-            plot.line(Line::new("window", points(&|f| Some(milliseconds(f.host)))));
+            plot.line(Line::new("window", points(&|f| Some(f.host))));
+            plot.line(Line::new("all light", points(&|f| Some(f.light?.frame))));
+            for stage in Stage::ALL {
+                // Their names stand beside the graph.
+                let line = Line::new("", points(&|f| Some(f.light?.stages[stage])));
+                plot.line(line.color(color_of(stage)).width(1.0));
+            }
             plot.hline(HLine::new("budget", budget).color(Color32::from_gray(140)));
         });
 }
 
-fn stages(ui: &mut Ui, times: &FrameTimes, work: Work, memory: u64, actions: &mut Actions) {
-    let interval = times.mean_interval().map(|interval| interval.as_secs_f64() * 1e3);
-    Grid::new("stages").num_columns(4).min_col_width(80.0).striped(true).show(ui, |ui| {
-        ui.label("frame");
-        ui.monospace(interval.map_or("–".into(), |ms| format!("{ms:.2} ms")));
-        ui.label("receivers");
-        ui.monospace(work.receivers[0].to_string());
-        ui.end_row();
-        let stage_time =
-            |stage: Stage| times.last_light().map(|light| light.stages[stage].as_secs_f64() * 1e3);
-        for (number, stage) in Stage::ALL.into_iter().enumerate() {
-            ui.label(stage.name());
-            ui.monospace(stage_time(stage).map_or("–".into(), |ms| format!("{ms:.2} ms")));
-            match number {
-                0 => {
-                    ui.label("matrices");
-                    ui.monospace(format!("{:.2} MB", work.matrix_bytes[0] as f64 / 1e6));
-                }
-                1 => {
-                    ui.label("on the GPU");
-                    ui.monospace(format!("{:.0} MB", memory as f64 / 1e6));
-                }
-                2 if ui.button("copy as JSON").clicked() => {
-                    actions.push(Action::Request(Request::CopyText(json(times, work, memory))));
-                }
-                _ => {}
+/// Colour of a stage's line, and of its name.
+fn color_of(stage: Stage) -> Color32 {
+    let hue = stage as usize as f32 / Stage::ALL.len() as f32;
+    Hsva::new(hue, 0.55, 0.85, 1.0).into()
+}
+
+fn stages(ui: &mut Ui, times: &FrameTimes, work: &FrameWork, memory: u64, actions: &mut Actions) {
+    let of_light = |stage: Stage| times.last_light().map(|light| light.stages[stage]);
+    let text =
+        |time: Option<Duration>| time.map_or("–".into(), |time| format!("{:.2} ms", milliseconds(time)));
+    let (done, all) = (work.done, work.all);
+    let [done_mb, all_mb] = [done, all].map(|work| work.matrix_bytes as f64 / 1e6);
+    let beside = [
+        ("receivers", format!("{} of {}", done.receivers, all.receivers)),
+        ("matrices", format!("{done_mb:.2} of {all_mb:.2} MB")),
+        ("pending clusters", format!("{} of {}", done.pending_clusters, work.clusters)),
+        ("on the GPU", format!("{:.0} MB", memory as f64 / 1e6)),
+        ("first picture", times.first_picture().map_or("–".into(), |t| format!("{:.1} s", t.as_secs_f64()))),
+    ];
+    let mut beside = beside.into_iter().map(Some).chain([None]);
+    let mut more = |ui: &mut Ui| {
+        match beside.next() {
+            Some(Some((name, value))) => {
+                ui.label(name);
+                ui.monospace(value);
             }
-            ui.end_row();
+            Some(None) if ui.button("copy as JSON").clicked() => {
+                let json = serde_json::to_string_pretty(&figures(times, work, memory)).unwrap_or_default();
+                actions.push(Action::Request(Request::CopyText(json)));
+            }
+            _ => {}
+        }
+        ui.end_row();
+    };
+    Grid::new("stages").num_columns(4).striped(true).show(ui, |ui| {
+        ui.label("frame");
+        ui.monospace(text(times.mean_interval()));
+        more(ui);
+        for stage in Stage::ALL {
+            ui.colored_label(color_of(stage), stage.name());
+            ui.monospace(text(of_light(stage)));
+            more(ui);
         }
     });
 }
 
-/// The figures for whoever keeps them.
-fn json(times: &FrameTimes, work: Work, memory: u64) -> String {
-    serde_json::to_string_pretty(&figures(times, work, memory)).unwrap_or_default()
-}
-
 /// The figures as they are copied.
-pub fn figures(times: &FrameTimes, work: Work, memory: u64) -> serde_json::Value {
-    let milliseconds = |duration: std::time::Duration| duration.as_secs_f64() * 1e3;
+pub fn figures(times: &FrameTimes, work: &FrameWork, memory: u64) -> serde_json::Value {
     let stages: serde_json::Map<String, serde_json::Value> = times
         .last_light()
         .map(|light| {
@@ -100,12 +123,15 @@ pub fn figures(times: &FrameTimes, work: Work, memory: u64) -> serde_json::Value
         })
         .unwrap_or_default();
     serde_json::json!({
+        "first_picture_seconds": times.first_picture().map(|time| time.as_secs_f64()),
         "frame_milliseconds": times.mean_interval().map(milliseconds),
         "stage_milliseconds": stages,
-        "receivers": work.receivers[0],
-        "receivers_all": work.receivers[1],
-        "matrix_bytes": work.matrix_bytes[0],
-        "matrix_bytes_all": work.matrix_bytes[1],
+        "receivers": work.done.receivers,
+        "receivers_all": work.all.receivers,
+        "matrix_bytes": work.done.matrix_bytes,
+        "matrix_bytes_all": work.all.matrix_bytes,
+        "pending_clusters": work.done.pending_clusters,
+        "clusters": work.clusters,
         "gpu_bytes": memory,
     })
 }

@@ -34,11 +34,13 @@ pub struct FrameTimes {
     next: usize,
     frames: VecDeque<FrameTime>,
     last: Option<Instant>,
+    started: Option<Instant>,
+    first_picture: Option<Duration>,
 }
 
 impl FrameTimes {
-    /// For frames on a GPU; without queries of time, stages have none.
-    pub fn new(gpu: &GpuDevice) -> Self {
+    /// For frames on a GPU of a program that began then; without queries of time, stages have none.
+    pub fn new(gpu: &GpuDevice, started: Option<Instant>) -> Self {
         let timestamps = || FrameTimestamps::new(&gpu.device, &gpu.queue).map(Arc::new);
         Self {
             ring: (0..RING).filter_map(|_| timestamps()).collect(),
@@ -46,7 +48,21 @@ impl FrameTimes {
             next: 0,
             frames: VecDeque::new(),
             last: None,
+            started,
+            first_picture: None,
         }
+    }
+
+    /// There is a picture.
+    pub fn note_picture(&mut self) {
+        if let Some(started) = self.started.take() {
+            self.first_picture = Some(started.elapsed());
+        }
+    }
+
+    /// From the beginning of the program to its first picture.
+    pub fn first_picture(&self) -> Option<Duration> {
+        self.first_picture
     }
 
     /// Queries for the next frame, if some are free.

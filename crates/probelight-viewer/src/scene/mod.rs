@@ -8,9 +8,10 @@
 //! | [`reference_picture`] | the path tracer's picture, which grows while nothing changes |
 //! | [`pick`] | what is at a place |
 //! | [`pending`] | answers of the GPU that are on their way |
-//! | [`frame_times`] | how long frames take |
+//! | [`frame_times`], [`frame_work`] | how long frames take, and what they do |
 
 pub mod frame_times;
+pub mod frame_work;
 pub mod live_scene;
 pub mod loader;
 pub mod pending;

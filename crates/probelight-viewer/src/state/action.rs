@@ -100,6 +100,8 @@ pub enum Request {
     FocusOn([f32; 2]),
     /// Saves the picture.
     Screenshot,
+    /// Saves all pictures from now on, or no more.
+    ToggleRecording,
     /// Copies text.
     CopyText(String),
     /// Ends.

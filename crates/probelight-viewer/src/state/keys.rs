@@ -50,6 +50,12 @@ pub fn bindings() -> Vec<Binding> {
         binding(plain, Key::K, Action::KeepCamera, "keep this place as a camera"),
         binding(plain, Key::H, Action::TogglePanels, "all panels, or none"),
         binding(plain, Key::F12, Action::Request(Request::Screenshot), "save the picture"),
+        binding(
+            plain,
+            Key::F11,
+            Action::Request(Request::ToggleRecording),
+            "save all frames from now on, or stop",
+        ),
         binding(plain, Key::Escape, Action::Deselect, "select nothing"),
         binding(ctrl, Key::Q, Action::Request(Request::Quit), "quit"),
     ];
@@ -60,7 +66,8 @@ pub fn bindings() -> Vec<Binding> {
     }));
     if cfg!(target_arch = "wasm32") {
         // What pages do not have.
-        let of_windows = [Request::SaveAs, Request::Screenshot, Request::Quit].map(Action::Request);
+        let of_windows = [Request::SaveAs, Request::Screenshot, Request::ToggleRecording, Request::Quit];
+        let of_windows = of_windows.map(Action::Request);
         bindings.retain(|binding| !of_windows.contains(&binding.action));
     }
     bindings

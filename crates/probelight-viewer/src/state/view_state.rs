@@ -174,6 +174,8 @@ pub struct ViewState {
     pub resolution: f32,
     /// At most 60 frames a second.
     pub caps_frames: bool,
+    /// Whether frames wait for the display.
+    pub vsync: bool,
     /// Which panels are open.
     pub panels: Panels,
 }
@@ -201,6 +203,7 @@ impl ViewState {
             speed: 1.0,
             resolution: 1.0,
             caps_frames: true,
+            vsync: true,
             panels: Panels { scene: true, settings: true, timing: true, lightmap: false, help: false },
         }
     }

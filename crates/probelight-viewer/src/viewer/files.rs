@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use probelight_scene::{AnimatedModel, Placement, Setup, parse_animated_gltf};
 
-use super::frame::all_work;
 use super::{PickAnswers, Viewer};
 use crate::picture::meter::Meter;
 use crate::platform::{self, File};
+use crate::scene::frame_work::FrameWork;
 use crate::scene::live_scene::LiveScene;
 use crate::scene::loader::{Loaded, Purpose};
 use crate::state::document::standing;
@@ -62,7 +62,6 @@ impl Viewer {
         state.view.muted = Default::default();
         state.document.scene = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         self.state = state;
-        self.full_plan = all_work(&live);
         let is_baked = live.is_baked;
         self.replace(live);
         self.meter = Meter::new();
@@ -102,7 +101,6 @@ impl Viewer {
     fn show_bake(&mut self, live: LiveScene) {
         self.bake = None;
         self.messages.note("baked: indirect light is on");
-        self.full_plan = all_work(&live);
         let had_light = self.live.as_ref().is_some_and(|live| live.is_baked);
         self.replace(live);
         self.fade = if had_light { 0.0 } else { 1.0 };
@@ -111,6 +109,7 @@ impl Viewer {
     /// Shows another scene, or the same one baked. Models that were read stay.
     fn replace(&mut self, mut live: LiveScene) {
         live.models = self.live.take().map(|live| live.models).unwrap_or_default();
+        self.work = FrameWork::new(&live);
         self.live = Some(live);
         self.picked = None;
         self.pick_answers = PickAnswers::default();

@@ -3,15 +3,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use eframe::SurfaceConfig;
+use eframe::wgpu::PresentMode;
 use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::GpuError;
-use probelight_runtime::{FramePlan, GridPlaces, LodGovernor};
+use probelight_runtime::{GridPlaces, LodGovernor};
 use web_time::Instant;
 
 use super::Viewer;
 use crate::mouse::{self, Grip};
 use crate::overlays::GridOfLight;
-use crate::panels::detail::Work;
 use crate::picture::texel_colors;
 use crate::scene::live_scene::{LiveScene, audible};
 use crate::scene::pending::Pending;
@@ -30,6 +31,9 @@ const ADAPTATION: f32 = 0.03;
 
 /// Exposures nearer than this look the same.
 const SAME_EXPOSURE: f32 = 0.01;
+
+/// Time between two frames that are recorded, seconds, however long they take to be drawn and saved.
+const RECORDED_FRAME: f32 = 1.0 / 30.0;
 
 /// Time of a frame at sixty a second.
 const CAPPED_FRAME: Duration = Duration::from_micros(16_667);
@@ -60,6 +64,7 @@ impl Viewer {
             return Ok(());
         }
         let Some(live) = &mut self.live else { return Ok(()) };
+        let seconds = if self.recording.is_some() { RECORDED_FRAME } else { seconds };
         let view = &mut self.state.view;
         if view.is_playing && self.state.document.moves() {
             view.time += seconds;
@@ -92,6 +97,7 @@ impl Viewer {
             if let Some(queries) = queries {
                 self.times.submitted(&self.gpu, queries);
             }
+            self.work.ask(live);
         }
         if view.options.view == probelight_render::gpu::GpuView::Clusters {
             texel_colors::apply(live, &view.camera, view.texel_colors);
@@ -106,6 +112,7 @@ impl Viewer {
         }
         self.draws += 1;
         self.drawn = Some(Drawn { document: document.clone(), view: view.clone(), ev, fade, passes });
+        self.record();
         Ok(())
     }
 
@@ -158,16 +165,6 @@ impl Viewer {
         }
     }
 
-    /// What the last frame computed of what there is.
-    pub(super) fn work(&self) -> Work {
-        let Some(live) = &self.live else { return Work::default() };
-        let plan = live.runtime.plan();
-        Work {
-            receivers: [plan.receivers(), self.full_plan.receivers[1]],
-            matrix_bytes: [plan.matrix_bytes(&live.baked), self.full_plan.matrix_bytes[1]],
-        }
-    }
-
     /// Whether light or picture are another in the next frame.
     pub(super) fn is_changing(&self) -> bool {
         let view = &self.state.view;
@@ -198,7 +195,8 @@ impl Viewer {
             || self.grid_answer.is_some()
             || self.lightmap_answer.is_some()
             || self.pick_answers.texel.is_some()
-            || self.held.is_searching();
+            || self.held.is_searching()
+            || self.work.is_asking();
         let caps_frames = self.state.view.caps_frames;
         if !(is_waiting || self.is_changing()) || self.is_lost {
             return self.times.rest();
@@ -215,6 +213,14 @@ impl Viewer {
             let bytes = self.gpu.device.generate_allocator_report().map_or(0, |r| r.total_allocated_bytes);
             self.memory = (Instant::now(), bytes);
         }
+    }
+
+    /// Has frames wait for the display, or not, as the view says.
+    pub(super) fn wait_for_display(&self, frame: &mut eframe::Frame) {
+        let Some(surface) = frame.wgpu_surface_config() else { return };
+        let vsync = self.state.view.vsync;
+        let present_mode = if vsync { PresentMode::AutoVsync } else { PresentMode::AutoNoVsync };
+        frame.set_wgpu_surface_config(SurfaceConfig { present_mode, ..surface });
     }
 
     /// The next frame lights and draws everything anew.
@@ -276,10 +282,4 @@ fn govern(
         live.runtime.set_lod(lod)?;
     }
     Ok(())
-}
-
-/// All of a scene's frame: what there is to compute.
-pub(super) fn all_work(live: &LiveScene) -> Work {
-    let full = FramePlan::full(&live.baked);
-    Work { receivers: [0, full.receivers()], matrix_bytes: [0, full.matrix_bytes(&live.baked)] }
 }

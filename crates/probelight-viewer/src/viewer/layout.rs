@@ -16,12 +16,12 @@ use crate::state::view_state::Compare;
 
 impl Viewer {
     pub(super) fn panels(&mut self, ui: &mut Ui, actions: &mut Actions) {
-        let work = self.work();
         let panels = self.state.view.panels;
-        let Self { state, live, times, picked, bake, meter, .. } = self;
+        let Self { state, live, times, work, picked, bake, meter, .. } = self;
         let status = panels::menu::Status {
             title: &title(&self.scene_file),
             recent: &self.settings.recent,
+            is_recording: self.recording.is_some(),
             work: match bake {
                 Some(bake) => Some(bake.standing().to_string()),
                 None => (self.loader.pending > 0).then(|| "reading…".into()),

@@ -36,13 +36,13 @@ use crate::messages::Messages;
 use crate::mouse::{self, Grip};
 use crate::overlays::GridOfLight;
 use crate::panels;
-use crate::panels::detail::Work;
 use crate::panels::lightmap::LightmapPage;
 use crate::panels::picked::PickedLight;
 use crate::picture::meter::Meter;
 use crate::picture::screen::Screen;
 use crate::platform::{self, Dialogs, File};
 use crate::scene::frame_times::FrameTimes;
+use crate::scene::frame_work::FrameWork;
 use crate::scene::live_scene::LiveScene;
 use crate::scene::loader::Loader;
 use crate::scene::pending::Pending;
@@ -65,6 +65,10 @@ pub struct ViewerOptions {
     pub exposure: Option<f32>,
     /// Share of the window's pixels, along each side, that are drawn; half of them on a driver in software if this is absent.
     pub resolution: Option<f32>,
+    /// When the program began, to tell how long the first picture took.
+    pub started: Option<Instant>,
+    /// Whether frames wait for the display; `None`: as the window was left.
+    pub vsync: Option<bool>,
     /// Objects besides those of the setup.
     pub objects: Vec<ObjectPath>,
     /// What "+ ball" adds: the name of its file, and its bytes.
@@ -101,10 +105,11 @@ pub struct Viewer {
     pub(crate) screen: Screen,
     pub(crate) settling: u32,
     pub(crate) fade: f32,
-    pub(crate) full_plan: Work,
+    pub(crate) work: FrameWork,
     meter: Meter,
     reference: Option<ReferencePicture>,
     times: FrameTimes,
+    pub(crate) recording: Option<platform::Recording>,
     governor: Option<(f32, LodGovernor)>,
     held: HeldSimilarity,
     grid: Option<GridOfLight>,
@@ -162,6 +167,7 @@ impl Viewer {
         let settings = Settings::load(storage);
         let mut state = State::new(document, first_camera(), 1.0);
         state.view.caps_frames = !settings.runs_free;
+        state.view.vsync = options.vsync.unwrap_or(!settings.tears);
         // A driver in software needs a second for a large picture, and would never rest.
         state.view.resolution = options.resolution.unwrap_or(if gpu.is_software() { 0.5 } else { 1.0 });
         state.view.is_playing = !gpu.is_software();
@@ -191,10 +197,11 @@ impl Viewer {
             screen: Screen::new(gpu)?,
             settling: 0,
             fade: 0.0,
-            full_plan: Work::default(),
+            work: FrameWork::default(),
             meter: Meter::new(),
             reference: None,
-            times: FrameTimes::new(gpu),
+            times: FrameTimes::new(gpu, options.started),
+            recording: None,
             governor: None,
             held: HeldSimilarity::default(),
             grid: None,
@@ -265,7 +272,7 @@ impl Viewer {
 
     /// How long frames take, as the panel of times copies it.
     pub fn figures(&self) -> serde_json::Value {
-        panels::timing::figures(&self.times, self.work(), self.memory.1)
+        panels::timing::figures(&self.times, &self.work, self.memory.1)
     }
 
     /// The colours of the lightmap's page, if it is open and was read.
@@ -300,13 +307,13 @@ impl Viewer {
     /// Whether files are read, a scene is baked, light still settles, or answers are waited for.
     pub fn is_busy(&self) -> bool {
         let is_baking = self.bake.is_some() || self.bake_once_shown.is_some();
-        let is_waiting = self.loader.pending > 0 || self.lightmap_answer.is_some();
+        let is_waiting = self.loader.pending > 0 || self.lightmap_answer.is_some() || self.work.is_asking();
         is_waiting || is_baking || self.settling > 0 || self.fade > 0.0 || self.held.is_searching()
     }
 }
 
 impl eframe::App for Viewer {
-    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+    fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
         let start = Instant::now();
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
         // Nothing waits here: answers that are there are handed out.
@@ -318,6 +325,9 @@ impl eframe::App for Viewer {
         let dropped: Vec<File> =
             ui.input(|input| input.raw.dropped_files.iter().filter_map(File::dropped).collect());
         dropped.into_iter().for_each(|file| self.open(file));
+        if self.drawn.is_some() {
+            self.times.note_picture();
+        }
         self.panels(ui, &mut actions);
         CentralPanel::no_frame().show(ui, |ui| self.picture(ui, &mut actions));
         self.windows(&mut actions);
@@ -330,6 +340,7 @@ impl eframe::App for Viewer {
         self.read_grid();
         self.read_lightmap();
         self.meter.update();
+        self.work.update();
         if !self.is_lost
             && let Err(error) = self.light_and_draw(seconds).and_then(|()| self.hold_similarity())
         {
@@ -338,6 +349,7 @@ impl eframe::App for Viewer {
         }
         self.bake_what_is_shown();
         self.note_memory();
+        self.wait_for_display(frame);
         if let Some(light) = self.times.note(start.elapsed())
             && let Some((_, governor)) = &mut self.governor
         {
@@ -348,6 +360,7 @@ impl eframe::App for Viewer {
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
         self.settings.runs_free = !self.state.view.caps_frames;
+        self.settings.tears = !self.state.view.vsync;
         self.settings.save(storage);
     }
 }

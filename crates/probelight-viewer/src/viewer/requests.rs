@@ -39,6 +39,7 @@ impl Viewer {
                 }
             }
             Request::Screenshot => self.screenshot(),
+            Request::ToggleRecording => self.toggle_recording(),
             Request::CopyText(text) => {
                 self.context.copy_text(text);
                 self.messages.note("copied");
