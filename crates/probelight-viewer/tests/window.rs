@@ -15,7 +15,7 @@ use egui_kittest::{Harness, SnapshotOptions, try_image_snapshot_options};
 use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::GpuDevice;
 use probelight_runtime::{LodLevel, LodPreset};
-use probelight_scene::{LightMotion, Sky};
+use probelight_scene::{LightMotion, Setup, Sky};
 use probelight_viewer::state::view_state::{Compare, ExposureMode, PageColors, TexelColors};
 use probelight_viewer::state::{Action, Edit, Request, Selection};
 use probelight_viewer::{Viewer, ViewerOptions};
@@ -293,6 +293,33 @@ fn broken_files_leave_the_scene_as_it_is() {
         assert!(messages(&harness).iter().any(|text| text.contains(expected)), "{:?}", messages(&harness));
         assert!(harness.state().live.is_some() && harness.state().state.document.lights.len() == 1);
     }
+}
+
+#[test]
+fn changes_are_kept_when_the_gpu_is_lost() {
+    if gpu::gpu_or_skip().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let setup = folder.path().join("setup.json");
+    std::fs::copy(asset("setups/cornell_lamp.json"), &setup).unwrap();
+    let kept = folder.path().join("cornell.rescued.json");
+    let options = ViewerOptions { file: Some(baked()), setup: Some(setup), ..ViewerOptions::default() };
+    for is_changed in [false, true] {
+        // The other tests need theirs.
+        let gpu = GpuDevice::open(std::env::var("PROBELIGHT_ADAPTER").ok().as_deref()).unwrap();
+        let mut harness = window(&gpu, options.clone());
+        until(&mut harness, "opening", |viewer| !viewer.state.document.lights.is_empty());
+        if is_changed {
+            harness.state_mut().act(Action::AddLamp);
+        }
+        // The device says so as soon as it has nothing to do any more.
+        gpu.device.poll(eframe::wgpu::PollType::wait_indefinitely()).unwrap();
+        gpu.device.destroy();
+        harness.run_steps(2);
+        assert_eq!(kept.exists(), is_changed);
+    }
+    assert_eq!(Setup::load(&kept).unwrap().lighting.lights.len(), 2);
 }
 
 #[test]

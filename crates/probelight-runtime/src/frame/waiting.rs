@@ -6,7 +6,6 @@
 //! urgent goes first.
 
 use bytemuck::{Pod, Zeroable};
-#[cfg(any(feature = "cpu", test))]
 use probelight_asset::NONE;
 
 /// Levels of urgency; four for each doubling of the change.
@@ -39,9 +38,10 @@ pub(crate) struct Waiting {
 }
 
 impl Waiting {
-    /// Whether its light is not that of the last frame, given the share of it that may wait.
+    /// Whether its light is not that of the last frame, or not what is wanted of it, given the share of it that may wait.
     pub(crate) fn is_pending(&self, threshold: f32) -> bool {
-        self.change > NEXT_TO_NOTHING * threshold * self.light
+        let was_refused = self.frames > 0 && self.urgency != NONE;
+        was_refused || self.change > NEXT_TO_NOTHING * threshold * self.light
     }
 }
 
@@ -131,6 +131,8 @@ mod tests {
     fn what_changed_by_more_than_next_to_nothing_is_pending() {
         let found = [0.0, 1e-4, 4e-4, 0.1].map(|change| after(change).is_pending(0.01));
         assert_eq!(found, [false, false, true, true]);
+        let refused = Waiting { urgency: 63, ..after(0.0) };
+        assert!(refused.is_pending(0.01) && !Waiting { frames: 0, ..refused }.is_pending(0.01));
     }
 
     #[test]

@@ -168,11 +168,14 @@ impl GpuDevice {
         let lost = Arc::new(OnceLock::new());
         // Of several reasons the first counts.
         let note = Arc::clone(&lost);
-        device.set_device_lost_callback(move |_, reason| _ = note.set(reason));
+        device.set_device_lost_callback(move |kind, reason| {
+            // Some drivers say nothing.
+            _ = note.set(if reason.is_empty() { format!("{kind:?}").to_lowercase() } else { reason });
+        });
         let note = Arc::clone(&lost);
         device.on_uncaptured_error(Arc::new(move |error| match error {
-            // Nothing that a user does leads here.
-            wgpu::Error::Validation { .. } => panic!("{error}"),
+            // Nothing that a user does leads here, unless the GPU is gone.
+            wgpu::Error::Validation { .. } if note.get().is_none() => panic!("{error}"),
             error => _ = note.set(error.to_string()),
         }));
         Ok(Self { device, queue, info, instance: instance.clone(), adapter: adapter.clone(), lost })

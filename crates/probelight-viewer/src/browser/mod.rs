@@ -39,6 +39,11 @@ impl Viewer {
         self.messages.error("pages save no frames");
     }
 
+    /// The page shows nothing any more.
+    pub(crate) fn end_without_gpu(&mut self) {
+        self.messages.error("the GPU was lost: load the page again");
+    }
+
     /// There is nothing to save them in.
     pub(crate) fn record(&mut self) {}
 

@@ -6,6 +6,7 @@
 //! | [`mod@file`] | reads files from the disk, and saves them |
 //! | [`dialogs`] | asks for files |
 //! | [`recording`] | saves all pictures that are drawn |
+//! | `rescue` | what is saved when the window ends by accident |
 //! | [`baker`] | bakes without holding up the window |
 //! | [`background`] | threads |
 
@@ -14,6 +15,7 @@ pub mod baker;
 pub mod dialogs;
 pub mod file;
 pub mod recording;
+mod rescue;
 pub mod window;
 
 pub use background::{breathe, spawn};

@@ -1,5 +1,9 @@
 //! The program's window.
 
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
 use eframe::egui::{ViewportBuilder, vec2};
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupExisting};
 use probelight_runtime::gpu::GpuDevice;
@@ -15,9 +19,30 @@ pub enum WindowError {
          (on Linux windows need Wayland or X11, and its libraries)"
     )]
     NoDisplay,
+    /// The GPU does not answer any more.
+    #[error("{reason}{}", told(rescued.as_deref()))]
+    Lost {
+        /// What the driver said.
+        reason: String,
+        /// Where changes of the setup were saved, if there were any.
+        rescued: Option<PathBuf>,
+    },
+    /// A mistake of the program, which was reported as a panic.
+    #[error("the window ended by a mistake of the program{}", told(rescued.as_deref()))]
+    Broken {
+        /// Where changes of the setup were saved, if there were any.
+        rescued: Option<PathBuf>,
+    },
     /// The system refused.
     #[error("the window failed: {0}")]
     Failed(String),
+}
+
+/// Where changes are, for people.
+fn told(rescued: Option<&Path>) -> String {
+    rescued.map_or(String::new(), |path| {
+        format!("; your changes are in {0}: open it by --setup {0}", path.display())
+    })
 }
 
 /// How the window begins.
@@ -60,17 +85,39 @@ pub fn run(gpu: &GpuDevice, options: ViewerOptions, window: WindowOptions) -> Re
         persist_window: false,
         ..eframe::NativeOptions::default()
     };
-    let gpu = gpu.clone();
+    let rescued = Arc::new(OnceLock::new());
+    let (window_gpu, told) = (gpu.clone(), Arc::clone(&rescued));
     let make = move |creation: &eframe::CreationContext<'_>| {
         let state = creation.wgpu_render_state.as_ref().ok_or("the window has no GPU")?;
-        let viewer = Viewer::new(&creation.egui_ctx, creation.storage, state, &gpu, options)?;
+        let mut viewer = Viewer::new(&creation.egui_ctx, creation.storage, state, &window_gpu, options)?;
+        viewer.rescued = told;
         Ok(Box::new(viewer) as Box<dyn eframe::App>)
     };
-    eframe::run_native("probelight", native, Box::new(make)).map_err(|error| match error {
+    be_quiet_once_lost(gpu);
+    let run = || eframe::run_native("probelight", native, Box::new(make));
+    // Libraries may panic when the GPU goes away under them.
+    let ended = catch_unwind(AssertUnwindSafe(run));
+    let rescued = rescued.get().cloned();
+    match (gpu.check(), ended) {
+        (Err(error), _) => Err(WindowError::Lost { reason: error.to_string(), rescued }),
+        (Ok(()), Err(_)) => Err(WindowError::Broken { rescued }),
         // Its text speaks of source files.
-        eframe::Error::WinitEventLoop(_) | eframe::Error::Winit(_) => WindowError::NoDisplay,
-        other => WindowError::Failed(other.to_string()),
-    })
+        (Ok(()), Ok(Err(eframe::Error::WinitEventLoop(_) | eframe::Error::Winit(_)))) => {
+            Err(WindowError::NoDisplay)
+        }
+        (Ok(()), Ok(Err(other))) => Err(WindowError::Failed(other.to_string())),
+        (Ok(()), Ok(Ok(()))) => Ok(()),
+    }
+}
+
+/// Panics that follow from a lost GPU are not reported: the error of [`run`] says all.
+fn be_quiet_once_lost(gpu: &GpuDevice) {
+    let (report, gpu) = (take_hook(), gpu.clone());
+    set_hook(Box::new(move |panic| {
+        if gpu.check().is_ok() {
+            report(panic);
+        }
+    }));
 }
 
 /// Whether there is a display: asked before anything is opened.

@@ -198,7 +198,7 @@ impl Viewer {
             || self.held.is_searching()
             || self.work.is_asking();
         let caps_frames = self.state.view.caps_frames;
-        if !(is_waiting || self.is_changing()) || self.is_lost {
+        if !(is_waiting || self.is_changing()) {
             return self.times.rest();
         }
         if caps_frames {

@@ -18,7 +18,7 @@ mod similarity;
 
 use std::collections::HashSet;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use eframe::egui::{self, CentralPanel, Rect, Ui};
 use eframe::egui_wgpu::RenderState;
@@ -119,7 +119,8 @@ pub struct Viewer {
     tab: Tab,
     zoom: f32,
     memory: (Instant, u64),
-    is_lost: bool,
+    /// Where changes were saved when the window ended by accident.
+    pub(crate) rescued: Arc<OnceLock<PathBuf>>,
     rect: Rect,
     draws: u64,
 }
@@ -211,7 +212,7 @@ impl Viewer {
             tab: Tab::default(),
             zoom: 1.0,
             memory: (Instant::now(), 0),
-            is_lost: false,
+            rescued: Arc::default(),
             rect: Rect::ZERO,
             draws: 0,
             options,
@@ -318,6 +319,9 @@ impl eframe::App for Viewer {
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
         // Nothing waits here: answers that are there are handed out.
         let _ = self.gpu.device.poll(wgpu::PollType::Poll);
+        if self.gpu.check().is_err() {
+            return self.end_without_gpu();
+        }
         self.take_loaded();
         self.take_answers();
         let mut actions = mouse::pressed(&self.context);
@@ -341,10 +345,7 @@ impl eframe::App for Viewer {
         self.read_lightmap();
         self.meter.update();
         self.work.update();
-        if !self.is_lost
-            && let Err(error) = self.light_and_draw(seconds).and_then(|()| self.hold_similarity())
-        {
-            self.is_lost = self.gpu.check().is_err();
+        if let Err(error) = self.light_and_draw(seconds).and_then(|()| self.hold_similarity()) {
             self.messages.error(error.to_string());
         }
         self.bake_what_is_shown();
