@@ -16,7 +16,7 @@ use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::GpuDevice;
 use probelight_runtime::{LodLevel, LodPreset};
 use probelight_scene::{LightMotion, Setup, Sky};
-use probelight_viewer::state::view_state::{Compare, ExposureMode, PageColors, TexelColors};
+use probelight_viewer::state::view_state::{BakeNumbers, Compare, ExposureMode, PageColors, TexelColors};
 use probelight_viewer::state::{Action, Edit, Request, Selection};
 use probelight_viewer::{Viewer, ViewerOptions};
 
@@ -122,6 +122,16 @@ fn scenes_are_seen_at_once_and_baked_meanwhile() {
     until(&mut harness, "the bake", |viewer| viewer.live.as_ref().is_some_and(|live| live.is_baked));
     harness.run_steps(2);
     assert!(harness.query_by_label("save the bake…").is_some());
+    // Another one, with numbers of its own.
+    let grid = |viewer: &Viewer| viewer.live.as_ref().unwrap().baked.grid_vertices.len();
+    let before = harness.state().live.as_ref().unwrap().baked.settings.gather_rays;
+    assert!(grid(harness.state()) > 0 && before != 24);
+    harness.state_mut().state.view.bake_numbers =
+        BakeNumbers { gather_rays: Some(24), grid_vertices: Some(0), ..BakeNumbers::default() };
+    harness.run_steps(2);
+    harness.get_by_label("preview").click();
+    until(&mut harness, "another bake", |viewer| grid(viewer) == 0);
+    assert_eq!(harness.state().live.as_ref().unwrap().baked.settings.gather_rays, 24);
     // A bake that is cancelled leaves the scene as it is.
     harness.state_mut().act(Action::Request(Request::Bake(probelight_bake::Quality::Medium)));
     harness.state_mut().act(Action::Request(Request::CancelBake));

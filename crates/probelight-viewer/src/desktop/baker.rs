@@ -12,6 +12,7 @@ use probelight_trace::Progress;
 use crate::scene::live_scene::LiveScene;
 use crate::scene::loader::{Loaded, Loader};
 use crate::scene::progress::BackgroundProgress;
+use crate::state::view_state::BakeNumbers;
 use crate::viewer::Viewer;
 
 /// How scenes are baked when they are opened.
@@ -29,7 +30,17 @@ impl Viewer {
     /// Bakes the scene, unless that is going on.
     pub(crate) fn bake(&mut self, quality: Quality) {
         let Some(live) = self.live.as_ref().filter(|_| self.bake.is_none()) else { return };
-        let options = BakeOptions { quality: Some(quality), ..BakeOptions::default() };
+        let BakeNumbers { receivers, gather_rays, error_percent, surfel_size, grid_vertices } =
+            self.state.view.bake_numbers;
+        let options = BakeOptions {
+            quality: Some(quality),
+            receivers,
+            gather_rays,
+            max_cluster_error: error_percent.map(|percent| 0.01 * percent),
+            surfel_size,
+            grid_vertices,
+            ..BakeOptions::default()
+        };
         self.bake = Some(start(live.scene(), options, &self.gpu, &mut self.loader, &self.context));
     }
 }

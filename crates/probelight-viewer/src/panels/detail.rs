@@ -1,13 +1,12 @@
 //! Levels of detail: every number of them, while it runs.
 
-use eframe::egui::emath::Numeric;
 use eframe::egui::{ComboBox, DragValue, Grid, Response, ScrollArea, Slider, Ui};
 use probelight_asset::BakedScene;
 use probelight_runtime::{
     FrameInput, FramePlan, LodLevel, LodPreset, LodSettings, Planner, View, stage_bytes,
 };
 
-use super::{Actions, row};
+use super::{Actions, optional, row};
 use crate::scene::frame_work::FrameWork;
 use crate::state::{Action, State};
 
@@ -199,39 +198,19 @@ fn level_numbers(ui: &mut Ui, level: &mut LodLevel, number: usize, savings: &Sav
     saves(ui.label("lightmap"), |level| level.lightmap_level = 0);
     ui.add(DragValue::new(&mut level.lightmap_level).speed(0.02).range(0..=3));
     ui.end_row();
-    optional(ui, "beside", &mut level.beside, level.distance, metres);
-    optional(ui, "behind", &mut level.behind, level.distance, metres);
+    optional(ui, "beside", &mut level.beside, level.distance, "all", metres);
+    optional(ui, "behind", &mut level.behind, level.distance, "all", metres);
     ui.end_row();
-    let rank = optional(ui, "rank", &mut level.rank, 16, |drag| drag.speed(0.1).range(1..=256));
+    let rank = optional(ui, "rank", &mut level.rank, 16, "all", |drag| drag.speed(0.1).range(1..=256));
     saves(rank, |level| level.rank = None);
-    let degree = optional(ui, "degree", &mut level.degree, 4, |drag| drag.speed(0.05).range(0..=11));
+    let degree = optional(ui, "degree", &mut level.degree, 4, "all", |drag| drag.speed(0.05).range(0..=11));
     saves(degree, |level| level.degree = None);
     ui.end_row();
-    let rays = optional(ui, "rays", &mut level.rays, 256, |drag| drag.speed(2.0).range(1..=16_384));
+    let rays = optional(ui, "rays", &mut level.rays, 256, "all", |drag| drag.speed(2.0).range(1..=16_384));
     saves(rays, |level| level.rays = None);
-    optional(ui, "waits", &mut level.threshold, 0.01, |drag| drag.speed(1e-3).range(0.0..=1.0))
+    optional(ui, "waits", &mut level.threshold, 0.01, "all", |drag| drag.speed(1e-3).range(0.0..=1.0))
         .on_hover_text("what changes less, as a share of a cluster's light, is computed later");
     ui.end_row();
-}
-
-/// A number that may be absent. Returns its name's box.
-fn optional<T: Numeric>(
-    ui: &mut Ui,
-    name: &str,
-    value: &mut Option<T>,
-    first: T,
-    drag: impl Fn(DragValue<'_>) -> DragValue<'_>,
-) -> Response {
-    let mut is_some = value.is_some();
-    let name = ui.checkbox(&mut is_some, name);
-    if name.changed() {
-        *value = is_some.then_some(first);
-    }
-    match value {
-        Some(value) => _ = ui.add(drag(DragValue::new(value))),
-        None => _ = ui.label("all"),
-    }
-    name
 }
 
 fn general(ui: &mut Ui, lod: &mut LodSettings) {
@@ -255,7 +234,7 @@ fn general(ui: &mut Ui, lod: &mut LodSettings) {
     });
     let mut megabytes = lod.changes.matrix_bytes.map(|bytes| bytes as f32 / 1e6);
     Grid::new("bytes").num_columns(2).show(ui, |ui| {
-        optional(ui, "MB a frame", &mut megabytes, 4.0, |drag| drag.speed(0.05).range(0.05..=1e3));
+        optional(ui, "MB a frame", &mut megabytes, 4.0, "all", |drag| drag.speed(0.05).range(0.05..=1e3));
     });
     lod.changes.matrix_bytes = megabytes.map(|megabytes| (f64::from(megabytes) * 1e6) as u64);
 }

@@ -13,6 +13,7 @@
 //! | [`lightmap`] | the lightmap as a picture |
 //! | [`help`] | keys |
 
+use eframe::egui::emath::Numeric;
 use eframe::egui::{DragValue, Response, Ui};
 use probelight_math::glam::Vec3;
 
@@ -67,6 +68,27 @@ fn color_and_strength(ui: &mut Ui, color: &mut Vec3, unit: &str) -> bool {
         *color = rgb / rgb.max_element().max(1e-6) * brightness.max(0.0);
     }
     changed
+}
+
+/// A number that may be absent: what stands in its place then. Returns its name's box.
+fn optional<T: Numeric>(
+    ui: &mut Ui,
+    name: &str,
+    value: &mut Option<T>,
+    first: T,
+    absent: &str,
+    drag: impl Fn(DragValue<'_>) -> DragValue<'_>,
+) -> Response {
+    let mut is_some = value.is_some();
+    let name = ui.checkbox(&mut is_some, name);
+    if name.changed() {
+        *value = is_some.then_some(first);
+    }
+    match value {
+        Some(value) => _ = ui.add(drag(DragValue::new(value))),
+        None => _ = ui.label(absent),
+    }
+    name
 }
 
 /// A line of text and its value.

@@ -118,6 +118,21 @@ pub struct Muted {
     pub lights: BTreeSet<Item>,
 }
 
+/// What the next bake is to have otherwise than its quality has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BakeNumbers {
+    /// Texels with light of their own.
+    pub receivers: Option<u32>,
+    /// Rays of each receiver.
+    pub gather_rays: Option<u32>,
+    /// Relative error that compression may make, percent.
+    pub error_percent: Option<f32>,
+    /// Width of surfels, metres.
+    pub surfel_size: Option<f32>,
+    /// Vertices of the grid in free space.
+    pub grid_vertices: Option<u32>,
+}
+
 /// Which panels are open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Panels {
@@ -176,6 +191,8 @@ pub struct ViewState {
     pub caps_frames: bool,
     /// Whether frames wait for the display.
     pub vsync: bool,
+    /// What the next bake is to have.
+    pub bake_numbers: BakeNumbers,
     /// Which panels are open.
     pub panels: Panels,
 }
@@ -204,6 +221,7 @@ impl ViewState {
             resolution: 1.0,
             caps_frames: true,
             vsync: true,
+            bake_numbers: BakeNumbers::default(),
             panels: Panels { scene: true, settings: true, timing: true, lightmap: false, help: false },
         }
     }

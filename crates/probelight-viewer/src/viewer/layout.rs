@@ -63,7 +63,7 @@ impl Viewer {
                     Tab::Look => panels::look::show(ui, state, meter.reading.as_ref(), passes, actions),
                     Tab::Detail => panels::detail::show(ui, state, &live.baked, work, held, actions),
                     Tab::Bake => {
-                        panels::bake::show(ui, &live.baked, live.is_baked, standing.as_ref(), actions);
+                        panels::bake::show(ui, state, &live.baked, live.is_baked, standing.as_ref(), actions);
                     }
                     Tab::Picked => panels::picked::show(ui, state, picked.as_ref(), actions),
                 }
