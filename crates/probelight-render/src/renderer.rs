@@ -33,8 +33,15 @@ pub trait Surfaces: Sync {
         Vec3::ZERO
     }
 
-    /// What objects make of that light at a point of a surface, of the object of some index or of the scene.
-    fn object_influence(&self, _position: Vec3, _normal: Vec3, _own: Option<usize>) -> ObjectInfluence {
+    /// What objects make of that light at a point of a surface, of the object of some index or of the scene, where
+    /// `irradiance` arrives without them.
+    fn object_influence(
+        &self,
+        _position: Vec3,
+        _normal: Vec3,
+        _irradiance: Vec3,
+        _own: Option<usize>,
+    ) -> ObjectInfluence {
         ObjectInfluence::NONE
     }
 
@@ -63,8 +70,14 @@ impl Surfaces for Runtime {
         self.grid().irradiance(position, normal).unwrap_or(Vec3::ZERO)
     }
 
-    fn object_influence(&self, position: Vec3, normal: Vec3, own: Option<usize>) -> ObjectInfluence {
-        Runtime::object_influence(self, position, normal, own)
+    fn object_influence(
+        &self,
+        position: Vec3,
+        normal: Vec3,
+        irradiance: Vec3,
+        own: Option<usize>,
+    ) -> ObjectInfluence {
+        Runtime::object_influence(self, position, normal, irradiance, own)
     }
 
     fn albedo(&self, scene: &Scene, hit: &Hit) -> Vec3 {
@@ -202,7 +215,7 @@ impl View<'_> {
                 }
                 None => self.surfaces.irradiance(&hit),
             };
-            let objects = self.surfaces.object_influence(position, shading_normal, object);
+            let objects = self.surfaces.object_influence(position, shading_normal, irradiance, object);
             irradiance * objects.left + objects.reflected
         };
         let reflectance = surface.albedo * FRAC_1_PI;

@@ -154,8 +154,15 @@ pub struct Lamp {
     pub direction: Vec3,
     /// Cosine of its half opening angle.
     pub cosine: f32,
-    /// Irradiance of a surface that faces it, W/m², but for its width: the integral of its radiance.
+    /// Integral of its radiance, W/m²: irradiance of a surface that faces it, but for its width.
     pub flux: Vec3,
+}
+
+impl Lamp {
+    /// Irradiance of a surface that faces along `normal` (unit), W/m².
+    pub(crate) fn irradiance(&self, normal: Vec3) -> Vec3 {
+        self.flux * (0.5 * (1.0 + self.cosine) * normal.dot(self.direction).max(0.0))
+    }
 }
 
 #[cfg(test)]

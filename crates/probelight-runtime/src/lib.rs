@@ -61,6 +61,7 @@ mod convergence;
 pub mod cpu;
 #[cfg(feature = "cpu")]
 mod doors;
+mod emissive_discs;
 mod error;
 #[cfg(feature = "cpu")]
 mod find_face;
@@ -86,6 +87,7 @@ pub mod synthetic;
 pub use convergence::Convergence;
 #[cfg(feature = "cpu")]
 pub use doors::Ways;
+pub use emissive_discs::EmissiveDisc;
 pub use error::RuntimeError;
 pub use frame::{
     Budget, ClusterExtent, FADE_STEPS, FrameInput, FramePlan, LodChanges, LodGovernor, LodLevel, LodPreset,

@@ -18,8 +18,8 @@ use crate::irradiance_grid::WeightedVertex;
 use crate::scene_state::SceneState;
 use crate::shadow_turns::ShadowTurns;
 use crate::{
-    Convergence, FrameInput, FramePlan, GridPlaces, IrradianceGrid, IrradianceLightmap, LodSettings,
-    ObjectInfluence, Objects, RuntimeError, Stage, StageTimings, SurfaceColors, Ways, Workload,
+    Convergence, EmissiveDisc, FrameInput, FramePlan, GridPlaces, IrradianceGrid, IrradianceLightmap,
+    LodSettings, ObjectInfluence, Objects, RuntimeError, Stage, StageTimings, SurfaceColors, Ways, Workload,
 };
 
 /// Lights a baked scene, frame by frame. Feature `cpu`, on by default.
@@ -226,7 +226,7 @@ impl Runtime {
 
     fn light_surfels(&mut self) {
         let (baked, signals) = (&*self.baked, &mut self.signals);
-        let stale = self.state.take_stale();
+        let stale = self.state.take_stale(&self.baked.scene);
         let moved = self.state.objects.take_stale();
         let SceneState { lighting, objects, .. } = &self.state;
         if moved {
@@ -360,11 +360,31 @@ impl Runtime {
     }
 
     /// What objects make of the lightmap's light, or that of free space, at a point of a surface that faces along `normal`
-    /// (unit). `own` is the place among [`objects`](Self::objects) of the object that the surface belongs to, if it does.
-    pub fn object_influence(&self, position: Vec3, normal: Vec3, own: Option<usize>) -> ObjectInfluence {
+    /// (unit), where `irradiance` arrives without them. `own` is the place among [`objects`](Self::objects) of the object that the
+    /// surface belongs to, if it does.
+    pub fn object_influence(
+        &self,
+        position: Vec3,
+        normal: Vec3,
+        irradiance: Vec3,
+        own: Option<usize>,
+    ) -> ObjectInfluence {
         let own = own.map(|index| index as u32);
         let light = || self.grid().light(position, normal);
-        ObjectInfluence::of(self.state.objects.spheres(), own, position, normal, light)
+        ObjectInfluence::of(
+            self.state.objects.spheres(),
+            self.emissive_discs(),
+            own,
+            position,
+            normal,
+            irradiance,
+            light,
+        )
+    }
+
+    /// Emissive surfaces as they shone in the last frame.
+    pub fn emissive_discs(&self) -> &[EmissiveDisc] {
+        self.state.discs.as_slice()
     }
 
     /// The grid in free space with the light of the last frame, as far as that computed it.

@@ -4,8 +4,9 @@ use std::borrow::Cow;
 
 use probelight_asset::BakedScene;
 use probelight_math::glam::Vec3;
-use probelight_scene::Lighting;
+use probelight_scene::{Lighting, Scene};
 
+use crate::emissive_discs::EmissiveDiscs;
 use crate::{Objects, RuntimeError, SurfaceColors};
 
 /// Present lighting, colours and objects.
@@ -16,6 +17,7 @@ pub(crate) struct SceneState {
     /// Whether surfaces pass on what they receive.
     pub(crate) bounces: bool,
     pub(crate) objects: Objects,
+    pub(crate) discs: EmissiveDiscs,
     pub(crate) stale: Stale,
 }
 
@@ -42,6 +44,7 @@ impl SceneState {
             colors: SurfaceColors::of(&baked.scene),
             bounces: true,
             objects: Objects::default(),
+            discs: EmissiveDiscs::default(),
             stale: Stale { direct: true, shading: true, sky: true },
         }
     }
@@ -84,7 +87,10 @@ impl SceneState {
     }
 
     /// What the coming frame must renew; afterwards nothing is stale.
-    pub(crate) fn take_stale(&mut self) -> Stale {
+    pub(crate) fn take_stale(&mut self, scene: &Scene) -> Stale {
+        if self.stale.shading {
+            self.discs.update(scene, &self.colors, self.lighting.emissive_scale);
+        }
         std::mem::replace(&mut self.stale, Stale::NOTHING)
     }
 }

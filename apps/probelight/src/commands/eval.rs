@@ -13,7 +13,8 @@ use probelight_eval::{
 use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::{GpuOptions, GpuRuntime};
 use probelight_runtime::{
-    FrameInput, GridPlaces, IrradianceGrid, IrradianceLightmap, ObjectInfluence, ObjectSphere, Runtime,
+    EmissiveDisc, FrameInput, GridPlaces, IrradianceGrid, IrradianceLightmap, ObjectInfluence, ObjectSphere,
+    Runtime,
 };
 use probelight_scene::Setup;
 use probelight_trace::Tracer;
@@ -144,6 +145,8 @@ struct LitScene {
     bounces: usize,
     /// What stands for the objects where they darken and colour soft light.
     spheres: Vec<ObjectSphere>,
+    /// What stands for emissive surfaces there.
+    discs: Vec<EmissiveDisc>,
 }
 
 fn lit_scene(
@@ -164,7 +167,8 @@ fn lit_scene(
             }
             let receivers = runtime.receiver_irradiance().to_vec();
             let spheres = runtime.objects().spheres().to_vec();
-            Ok(LitScene { lightmap: runtime.irradiance().clone(), receivers, bounces, spheres })
+            let discs = runtime.emissive_discs().to_vec();
+            Ok(LitScene { lightmap: runtime.irradiance().clone(), receivers, bounces, spheres, discs })
         }
         Backend::Gpu(gpu) => {
             let options = GpuOptions::default();
@@ -176,7 +180,8 @@ fn lit_scene(
             }
             let (lightmap, receivers) = (runtime.read_lightmap()?, runtime.read_irradiance()?);
             let spheres = runtime.objects().spheres().to_vec();
-            Ok(LitScene { lightmap, receivers, bounces, spheres })
+            let discs = runtime.emissive_discs().to_vec();
+            Ok(LitScene { lightmap, receivers, bounces, spheres, discs })
         }
     }
 }
@@ -193,8 +198,11 @@ fn predict(lit: &LitScene, baked: &BakedScene, reference: &ReferencePoints) -> V
             PointKind::FreeSpace => grid.irradiance(position, normal),
         };
         let light = || grid.light(position, normal);
-        let objects = ObjectInfluence::of(&lit.spheres, None, position, normal, light);
-        irradiance.map(|irradiance| irradiance * objects.left + objects.reflected)
+        irradiance.map(|irradiance| {
+            let LitScene { spheres, discs, .. } = lit;
+            let objects = ObjectInfluence::of(spheres, discs, None, position, normal, irradiance, light);
+            irradiance * objects.left + objects.reflected
+        })
     };
     reference.points.par_iter().map(irradiance).collect()
 }

@@ -90,6 +90,7 @@ impl UploadedLight {
         signals.extend(probe_coefficients(runtime));
         queue.write_buffer(&self.signals, 0, bytemuck::cast_slice(&signals));
         queue.write_buffer(&self.irradiance, 0, bytemuck::cast_slice(runtime.receiver_irradiance()));
+        self.grid.set_discs(queue, runtime.emissive_discs());
         self.grid.set_spheres(device, queue, runtime.objects().spheres())?;
         self.moving.update(device, queue, runtime.objects().as_slice())
     }

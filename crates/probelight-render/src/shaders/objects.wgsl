@@ -69,8 +69,9 @@ fn color_of_object(surface: Surface, number: u32, light_offset: f32) -> vec3f {
         default: {}
     }
     var light = light_in_air(surface.position + light_offset * surface.face_normal, surface.face_normal);
-    let others = object_influence(0u, number, surface.position, surface.normal, &light);
-    let irradiance = irradiance_from(&light, surface.normal) * others.left + others.reflected;
+    let alone = irradiance_from(&light, surface.normal);
+    let others = object_influence(0u, number, surface.position, surface.normal, alone, &light);
+    let irradiance = alone * others.left + others.reflected;
     if frame.view == VIEW_IRRADIANCE {
         return irradiance;
     }

@@ -25,8 +25,9 @@ fn light_of_lightmap(surface: Surface) -> SoftLight {
 
 // The same with objects around.
 fn light_with_objects(surface: Surface) -> SoftLight {
-    let objects = object_influence_on_scene(surface.position, surface.face_normal);
-    return reflected_evenly(surface, irradiance_of_lightmap(surface) * objects.left + objects.reflected);
+    let irradiance = irradiance_of_lightmap(surface);
+    let objects = object_influence_on_scene(surface.position, surface.face_normal, irradiance);
+    return reflected_evenly(surface, irradiance * objects.left + objects.reflected);
 }
 
 // The same on a normal map's bumps.
@@ -85,8 +86,9 @@ fn light_above(surface: Surface) -> GridLight {
 
 // Irradiance of lightmap and objects, W/m², as a normal map's bumps have it.
 fn irradiance_on_bumps(surface: Surface, light: ptr<function, GridLight>) -> vec3f {
-    let objects = object_influence(0u, NO_OBJECT, surface.position, surface.face_normal, light);
-    let irradiance = irradiance_of_lightmap(surface) * objects.left + objects.reflected;
+    let of_lightmap = irradiance_of_lightmap(surface);
+    let objects = object_influence(0u, NO_OBJECT, surface.position, surface.face_normal, of_lightmap, light);
+    let irradiance = of_lightmap * objects.left + objects.reflected;
     if dot(surface.normal, surface.smooth_normal) > SAME_DIRECTION {
         return irradiance;
     }

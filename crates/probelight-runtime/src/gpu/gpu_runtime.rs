@@ -360,9 +360,10 @@ impl GpuRuntime {
 
     /// Uploads what changed and draws shadow maps; returns what the first stage must renew.
     fn upload_changes(&mut self, encoder: &mut wgpu::CommandEncoder) -> Changes {
-        let stale = self.state.take_stale();
+        let stale = self.state.take_stale(&self.baked.scene);
         let (queue, baked, buffers, state) = (&self.queue, &*self.baked, &self.buffers, &self.state);
         if stale.shading {
+            self.grid.set_discs(queue, state.discs.as_slice());
             self.stages.light_surfels.set_colors(
                 queue,
                 baked,

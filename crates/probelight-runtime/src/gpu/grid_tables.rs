@@ -9,8 +9,9 @@ use probelight_math::glam::UVec3;
 use super::bindings::{STORAGE, UNIFORM, bind, layout};
 use super::device::GpuError;
 use super::storage::Storage;
+use crate::emissive_discs::MOST_DISCS;
 use crate::irradiance_grid::OFF_SURFACE;
-use crate::{GridPlaces, ObjectSphere};
+use crate::{EmissiveDisc, GridPlaces, ObjectSphere};
 
 /// `Grid` in `grid.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -44,14 +45,23 @@ pub(super) const GRID_SH2: u32 = 0;
 pub(super) const GRID_AXES: u32 = 1;
 pub(super) const GRID_COSINES: u32 = 2;
 
-/// Where the grid's vertices are and what divides them, and the spheres in place of objects; the light itself is that of the
-/// receivers.
+/// `EmissiveDiscs` in `object_spheres.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct DiscsRecord {
+    pub(super) discs: [EmissiveDisc; MOST_DISCS], //        0
+    pub(super) count: u32,                        //      768
+    pub(super) padding: [u32; 3],                 //      772
+}
+
+/// Where the grid's vertices are and what divides them, the spheres in place of objects, and the discs in place of emissive
+/// surfaces; the light itself is that of the receivers.
 #[derive(Debug)]
 pub struct GridTables {
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
-    /// In the order of their bindings; spheres last.
-    buffers: [wgpu::Buffer; 7],
+    /// In the order of their bindings; spheres and discs last.
+    buffers: [wgpu::Buffer; 8],
 }
 
 impl GridTables {
@@ -75,9 +85,10 @@ impl GridTables {
             storage.array("receivers of the grid", &baked.grid_receivers)?,
             irradiance.clone(),
             storage.array("spheres of objects", &[] as &[ObjectSphere])?,
+            storage.uniform("discs that emit", &DiscsRecord::zeroed()),
         ];
         let stages = wgpu::ShaderStages::FRAGMENT | wgpu::ShaderStages::COMPUTE;
-        let types = [UNIFORM, STORAGE, STORAGE, STORAGE, STORAGE, STORAGE, STORAGE];
+        let types = [UNIFORM, STORAGE, STORAGE, STORAGE, STORAGE, STORAGE, STORAGE, UNIFORM];
         let layout = layout(device, "grid", types.map(|ty| (ty, stages)));
         let bind_group = bind_tables(device, &layout, &buffers);
         Ok(Self { layout, bind_group, buffers })
@@ -93,18 +104,26 @@ impl GridTables {
         queue: &wgpu::Queue,
         spheres: &[ObjectSphere],
     ) -> Result<(), GpuError> {
-        let [.., buffer] = &mut self.buffers;
+        let [.., buffer, _discs] = &mut self.buffers;
         let bytes: &[u8] = bytemuck::cast_slice(spheres);
         if buffer.size() < bytes.len() as u64 {
             let most = bytes.len().next_power_of_two() as u64;
             *buffer = Storage::new(device, queue).zeros("spheres of objects", most)?;
             self.bind_group = bind_tables(device, &self.layout, &self.buffers);
         }
-        let [grid, .., buffer] = &self.buffers;
+        let [grid, .., buffer, _discs] = &self.buffers;
         queue.write_buffer(buffer, 0, bytes);
         let count = spheres.len() as u32;
         queue.write_buffer(grid, offset_of!(GridRecord, sphere_count) as u64, bytemuck::bytes_of(&count));
         Ok(())
+    }
+
+    /// Takes emissive surfaces as they shine now.
+    pub fn set_discs(&self, queue: &wgpu::Queue, discs: &[EmissiveDisc]) {
+        let mut record = DiscsRecord { count: discs.len() as u32, ..DiscsRecord::zeroed() };
+        record.discs[..discs.len()].copy_from_slice(discs);
+        let [.., buffer] = &self.buffers;
+        queue.write_buffer(buffer, 0, bytemuck::bytes_of(&record));
     }
 
     /// Layout of [`bind_group`](Self::bind_group): group 3 of shaders with [`super::shaders::GRID`] and
@@ -117,7 +136,7 @@ impl GridTables {
     /// bind groups of their own: a uniform buffer, then storage buffers that are read. They stay the same for the life of the
     /// tables.
     pub fn grid_buffers(&self) -> &[wgpu::Buffer] {
-        let [grid @ .., _spheres] = &self.buffers;
+        let [grid @ .., _spheres, _discs] = &self.buffers;
         grid
     }
 

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use probelight_trace::Tracer;
 
 use super::{GpuError, GpuRuntime, GridTables, MovingGeometry};
-use crate::Objects;
 #[cfg(feature = "cpu")]
 use crate::doors::Doors;
+use crate::{EmissiveDisc, Objects};
 
 impl GpuRuntime {
     /// What moves through the scene.
@@ -20,6 +20,11 @@ impl GpuRuntime {
     /// What moves through the scene, to change it from the next frame on.
     pub fn objects_mut(&mut self) -> &mut Objects {
         &mut self.state.objects
+    }
+
+    /// As [`Runtime::emissive_discs`](crate::Runtime::emissive_discs).
+    pub fn emissive_discs(&self) -> &[EmissiveDisc] {
+        self.state.discs.as_slice()
     }
 
     /// Copies the present objects to the GPU. Frames do so by themselves, and leave out objects with models that the device

@@ -15,7 +15,7 @@ use super::eye_views::{EYE_VIEWS, MAX_EYE_VIEWS};
 use super::frame_buffers::SignalShape;
 use super::frame_extents::ProbeRecord;
 use super::frame_work::FrameFlags;
-use super::grid_tables::{GRID_AXES, GRID_COSINES, GRID_SH2, GridBlockRecord, GridRecord};
+use super::grid_tables::{DiscsRecord, GRID_AXES, GRID_COSINES, GRID_SH2, GridBlockRecord, GridRecord};
 use super::light_surfels::MaterialColors;
 use super::lit_points::LitPoint;
 use super::moving_geometry::PlacementRecord;
@@ -28,13 +28,14 @@ use super::shadow_views::{
 use super::stage_shaders::STAGE_SHADERS;
 use super::surfel_groups::{GroupRecord, Levels};
 use super::surfel_shards::{Bounce, SampleColors};
+use crate::emissive_discs::{EDGE_ANGLE, EDGE_SHARE, HIDDEN_SHARE, MOST_DISCS, SMALLEST_DISC};
 use crate::frame::{
     BLOCK, BORDER_SLOT, BorderRecord, ChangeTerm, FillRecord, NEXT_TO_NOTHING, PROBES_SHARE, URGENCIES,
     URGENCY_STEP_BITS, Waiting,
 };
 use crate::grid_light::LAMP_PASSES;
 use crate::object_spheres::{FADE_FROM, OPACITY};
-use crate::{ClusterExtent, FADE_STEPS, ObjectSphere};
+use crate::{ClusterExtent, EmissiveDisc, FADE_STEPS, ObjectSphere};
 
 /// All shaders of the crate, by the name of their function.
 fn sources() -> Vec<(&'static str, String)> {
@@ -45,7 +46,7 @@ fn sources() -> Vec<(&'static str, String)> {
         "@compute @workgroup_size(1) fn look_up() {
             var light = light_in_air(vec3f(0.0), vec3f(0.0));
             _ = irradiance_from(&light, vec3f(0.0));
-            _ = object_influence_on_scene(vec3f(0.0), vec3f(0.0));
+            _ = object_influence_on_scene(vec3f(0.0), vec3f(0.0), vec3f(0.0));
         }",
     ];
     stages.chain([("cut_holes", shaders::cast_shadows()), ("look_up", in_air.concat())]).collect()
@@ -167,6 +168,8 @@ fn records() -> Vec<(&'static str, Layout)> {
             origin, rows, last, kind, spacing, off_surface, counts, sphere_count, cell_blocks, polynomial, axes,
         }),
         record!(ObjectSphere as "ObjectSphere" { center, radius, albedo, reach, object, hides, unused }),
+        record!(EmissiveDisc as "EmissiveDisc" { center, area, normal, padding, radiance, padding_2 }),
+        record!(DiscsRecord as "EmissiveDiscs" { discs, count }),
         record!(GridCell as "GridCell" { planes, corners }),
         record!(GridBlockRecord as "GridBlock" { present, first, level, nearest }),
         record!(AlphaTestRecord as "AlphaTest" { factor, cutoff, unused }),
@@ -185,6 +188,12 @@ fn host_constants() -> Vec<(&'static str, Vec<f64>)> {
         ("MAX_GRID_ROWS", MAX_GRID_ROWS as f64),
         ("FADE_FROM", f64::from(FADE_FROM)),
         ("OPACITY", f64::from(OPACITY)),
+        ("MOST_DISCS", MOST_DISCS as f64),
+        ("SMALLEST_DISC", f64::from(SMALLEST_DISC)),
+        ("EDGE_SHARE", f64::from(EDGE_SHARE)),
+        ("EDGE_ANGLE", f64::from(EDGE_ANGLE)),
+        ("HIDDEN_SHARE", f64::from(HIDDEN_SHARE)),
+        ("HALF_TURN", f64::from(std::f32::consts::PI)),
         ("LAMP_PASSES", f64::from(LAMP_PASSES)),
         ("LARGEST", f16::MAX.to_f64()),
         ("INVERSE_PI", f64::from(std::f32::consts::FRAC_1_PI)),
