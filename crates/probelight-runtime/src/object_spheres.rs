@@ -4,7 +4,8 @@
 //! emissive surface, or two of them, these are told apart from it. A sphere stands before a part of each lamp, as two discs in
 //! the sky cover each other, and before the part F of the cosine-weighted hemisphere, about (n·c) r²/d². It hides half of both, and from there comes the light that it reflects instead: an object's spheres show twice its surface,
 //! so that there are no gaps between them, and what they hide is summed up, as nothing is hidden more than once. (Spheres that
-//! hide all behind them, as if by chance, leave a third of the light in the middle of a shadow.)
+//! hide all behind them, as if by chance, leave a third of the light in the middle of a shadow.) An object that is thick in its
+//! middle has a core besides, which hides all of a lamp behind it.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -32,12 +33,20 @@ pub struct ObjectSphere {
     pub object: u32,
     /// How much it darkens what it hides: 1, or 0 where that light is missing without it.
     pub hides: f32,
+    /// Whether it is the core of its object: 1 or 0.
+    pub is_core: u32,
     /// Fills the record.
-    pub(crate) unused: [u32; 2],
+    pub(crate) unused: u32,
 }
 
-/// Spheres of an object.
-pub const SPHERES_PER_OBJECT: usize = 16;
+/// Most spheres of an object; one of them is its core.
+pub const SPHERES_PER_OBJECT: usize = PATCHES + 1;
+
+/// Patches that an object's surface is divided into.
+const PATCHES: usize = 16;
+
+/// Points next to the middle of an object that must all face away from it if it has a core there.
+const CORE_POINTS: usize = 32;
 
 /// Share of the light behind a sphere that it hides; it shows so much more than its part of the object does.
 pub(crate) const OPACITY: f32 = 0.5;
@@ -61,11 +70,11 @@ pub(crate) const FADE_FROM: f32 = 0.5;
 /// surface of area A shows A / 4 of it from any side, a sphere π r², of which it hides [`OPACITY`].
 pub(crate) fn fit_spheres(model: &Scene) -> Vec<ObjectSphere> {
     let points = surface_points(model);
-    let mut middles: Vec<Vec3> = Vec::with_capacity(SPHERES_PER_OBJECT);
+    let mut middles: Vec<Vec3> = Vec::with_capacity(PATCHES);
     // Each begins where no other is near.
     let mut distances = vec![f32::INFINITY; points.len()];
     let mut farthest = 0;
-    while middles.len() < SPHERES_PER_OBJECT {
+    while middles.len() < PATCHES {
         let middle = points[farthest].position;
         middles.push(middle);
         distances.iter_mut().zip(&points).for_each(|(d, p)| *d = d.min(p.position.distance_squared(middle)));
@@ -94,9 +103,29 @@ pub(crate) fn fit_spheres(model: &Scene) -> Vec<ObjectSphere> {
         // What has two sides has no mean normal.
         let center = *middle - INSET * radius * patch.sum.normal / patch.points;
         let albedo = patch.sum.albedo / patch.points;
-        ObjectSphere { center, radius, albedo, reach, object: 0, hides: 1.0, unused: [0; 2] }
+        ObjectSphere { center, radius, albedo, reach, object: 0, hides: 1.0, is_core: 0, unused: 0 }
     };
-    middles.iter().zip(&patches).filter(|(_, patch)| patch.points > 0.0).map(sphere).collect()
+    let spheres = middles.iter().zip(&patches).filter(|(_, patch)| patch.points > 0.0).map(sphere);
+    let core = core(&points).map(|(center, radius)| ObjectSphere {
+        center,
+        radius,
+        reach,
+        is_core: 1,
+        hides: 1.0,
+        ..ObjectSphere::zeroed()
+    });
+    core.into_iter().chain(spheres).collect()
+}
+
+/// The ball within an object about the middle of its surface, if that lies inside.
+fn core(points: &[SurfacePoint]) -> Option<(Vec3, f32)> {
+    let center = points.iter().map(|point| point.position).sum::<Vec3>() / points.len() as f32;
+    let mut nearest: Vec<(Vec3, Vec3)> = points.iter().map(|p| (p.position - center, p.normal)).collect();
+    nearest.sort_by(|(a, _), (b, _)| a.length_squared().total_cmp(&b.length_squared()));
+    nearest.truncate(CORE_POINTS);
+    let radius = nearest.first()?.0.length();
+    let is_inside = nearest.iter().all(|(outward, normal)| outward.dot(*normal) > 0.0);
+    (is_inside && radius > 0.0).then_some((center, radius))
 }
 
 /// A point of a surface; or sums over several.
@@ -196,41 +225,50 @@ impl ObjectInfluence {
         let Some(light) = light() else { return Self::NONE };
         let lamps = told_apart(&light.lamp(normal), discs, &LitPlace { position, normal, irradiance });
         let (mut hidden, mut lamps_left, mut reflected) = (0.0, [1.0; 3], Vec3::ZERO);
-        let mut lamps_hidden = [0.0f32; 3];
+        // By patches, and by the core.
+        let (mut lamps_hidden, mut lamps_behind) = ([0.0f32; 3], [0.0f32; 3]);
         // Of one object: its spheres follow each other.
         let (mut object, mut albedo, mut from_object) = (None, Vec3::ZERO, Vec3::ZERO);
         let reflected_by = |albedo: Vec3, from_object: Vec3| {
             // By the side of the object that faces the surface.
             from_object.try_normalize().map_or(Vec3::ZERO, |direction| albedo * light.irradiance(-direction))
         };
-        let after =
-            |left: [f32; 3], hidden: [f32; 3]| [0, 1, 2].map(|k| left[k] * (1.0 - hidden[k]).max(0.0));
+        let after = |left: [f32; 3], hidden: [f32; 3], behind: [f32; 3]| {
+            [0, 1, 2].map(|k: usize| left[k] * (1.0 - hidden[k].max(behind[k])).max(0.0))
+        };
         for sphere in near {
             if object != Some(sphere.object) {
                 reflected += reflected_by(albedo, from_object);
-                lamps_left = after(lamps_left, lamps_hidden);
+                lamps_left = after(lamps_left, lamps_hidden, lamps_behind);
                 (object, albedo, from_object) = (Some(sphere.object), Vec3::ZERO, Vec3::ZERO);
-                lamps_hidden = [0.0; 3];
+                (lamps_hidden, lamps_behind) = ([0.0; 3], [0.0; 3]);
             }
             let offset = sphere.center - position;
             let distance = offset.length().max(f32::MIN_POSITIVE);
             let direction = offset / distance;
-            let strength = OPACITY * fade(distance / sphere.reach);
+            let (is_core, fade) = (sphere.is_core == 1, fade(distance / sphere.reach));
             let radii = (distance / sphere.radius.max(f32::MIN_POSITIVE)).max(1.0);
-            let share = strength * sphere_form_factor(radii, normal.dot(direction));
-            hidden += sphere.hides * share;
-            albedo += share * sphere.albedo;
-            from_object += share * direction;
-            for (lamp, hidden) in
-                lamps.iter().zip(&mut lamps_hidden).filter(|(lamp, _)| lamp.flux != Vec3::ZERO)
-            {
-                let angle = lamp.direction.dot(direction).clamp(-1.0, 1.0).acos();
-                let covered = covered_share(lamp.cosine.acos(), radii, angle);
-                *hidden += sphere.hides * strength * covered;
+            let angle = radii.recip().asin();
+            for k in (0..3).filter(|k| lamps[*k].flux != Vec3::ZERO) {
+                let lamp = lamps[k].cosine.acos();
+                let between = lamps[k].direction.dot(direction).clamp(-1.0, 1.0).acos();
+                if is_core {
+                    lamps_behind[k] = sphere.hides * fade * covered_by_core(lamp, angle, between);
+                } else {
+                    // To a patch no lamp is smaller than itself: between the patches there would be light.
+                    let covered = covered_share(lamp.max(angle), angle, between);
+                    lamps_hidden[k] += sphere.hides * OPACITY * fade * covered;
+                }
+            }
+            if !is_core {
+                let share = OPACITY * fade * sphere_form_factor(radii, normal.dot(direction));
+                hidden += sphere.hides * share;
+                albedo += share * sphere.albedo;
+                from_object += share * direction;
             }
         }
         reflected += reflected_by(albedo, from_object);
-        lamps_left = after(lamps_left, lamps_hidden);
+        lamps_left = after(lamps_left, lamps_hidden, lamps_behind);
         let of_lamps = lamps.map(|lamp| lamp.irradiance(normal));
         let all = light.irradiance(normal).max(of_lamps.iter().sum()).max(Vec3::splat(f32::MIN_POSITIVE));
         let even = all - of_lamps.iter().sum::<Vec3>();
@@ -250,16 +288,18 @@ pub(crate) fn smoothstep(t: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// The share of a lamp in the sky that a sphere covers: half opening angle of the lamp, distance of the sphere in its radii, and
-/// the angle between them. Exact where they do not meet or the sphere lies within the lamp, smooth between (Oat and Sander,
-/// "Ambient Aperture Lighting", 2007). To a sphere no lamp is smaller than itself: between the spheres of an object there would be
-/// light.
-fn covered_share(lamp: f32, radii: f32, between: f32) -> f32 {
-    let sphere = radii.recip().asin();
-    let lamp = lamp.max(sphere);
+/// The share of a disc in the sky that another covers; half opening angles and the angle between them, radians. Exact where
+/// they do not meet or one lies within the other, smooth between (Oat and Sander, "Ambient Aperture Lighting", 2007).
+fn covered_share(lamp: f32, sphere: f32, between: f32) -> f32 {
     let areas = [1.0 - lamp.cos(), 1.0 - sphere.cos()];
-    let partly = (between - lamp + sphere) / (2.0 * sphere).max(1e-6);
-    (1.0 - smoothstep(partly)) * (areas[1] / areas[0].max(f32::MIN_POSITIVE))
+    let (inner, outer) = ((lamp - sphere).abs(), lamp + sphere);
+    (1.0 - smoothstep((between - inner) / (outer - inner).max(1e-6)))
+        * (areas[1] / areas[0].max(1e-9)).min(1.0)
+}
+
+/// The same by a core. What it does to wide lamps, patches know better.
+fn covered_by_core(lamp: f32, core: f32, between: f32) -> f32 {
+    (1.0 - smoothstep(2.0 * lamp / core - 1.0)) * covered_share(lamp, core, between)
 }
 
 /// Form factor of a sphere whose middle is `radii` of its radii away, at an angle of the given cosine to the normal; with
@@ -333,8 +373,8 @@ mod tests {
 
     #[test]
     fn spheres_hide_as_much_as_a_ball_does() {
-        let spheres = fit_spheres(&ball(0.7));
-        assert_eq!(spheres.len(), SPHERES_PER_OBJECT);
+        let spheres = &fit_spheres(&ball(0.7))[1..];
+        assert_eq!(spheres.len(), PATCHES);
         for direction in (0..20).map(|i| spherical_fibonacci(i, 20)) {
             let position = direction * 4.0;
             let hidden = |sphere: &ObjectSphere| {
@@ -357,8 +397,8 @@ mod tests {
         let direction = Vec3::new(0.2, 1.0, 0.1).normalize();
         // Half opening angle, height, the largest error.
         let lamps = [
-            (4.0f32, 1.2, 0.1),
-            (8.0, 1.05, 0.07),
+            (4.0f32, 1.2, 0.08),
+            (8.0, 1.05, 0.05),
             (15.0, 1.0, 0.04),
             (15.0, 2.0, 0.04),
             (30.0, 1.0, 0.04),
@@ -385,10 +425,16 @@ mod tests {
                     ((offset.length() / sphere.radius).max(1.0), apart)
                 };
                 let covered = |sphere: &ObjectSphere| {
-                    let (radii, apart) = seen(sphere);
-                    covered_share(degrees.to_radians(), radii, apart)
+                    let ((radii, apart), lamp) = (seen(sphere), degrees.to_radians());
+                    let angle = radii.recip().asin();
+                    match sphere.is_core {
+                        1 => covered_by_core(lamp, angle, apart),
+                        _ => covered_share(lamp.max(angle), angle, apart),
+                    }
                 };
+                let (core, placed) = placed.split_first().unwrap();
                 let hidden: f32 = placed.iter().map(|sphere| OPACITY * covered(sphere)).sum();
+                let hidden = hidden.max(covered(core));
                 // Spheres of half the area that hide all behind them, as if each was where it is by chance.
                 let small = |sphere: &ObjectSphere| ObjectSphere {
                     radius: sphere.radius * OPACITY.sqrt(),
@@ -407,18 +453,36 @@ mod tests {
             }
             let [error, by_chance, by_points] = squares.map(f32::sqrt);
             let found = format!("{degrees}° at {height}: {error}, {by_chance}, {by_points}");
-            assert!(error < largest && error < 0.75 * by_chance.min(by_points), "{found}");
+            assert!(error < largest && error < 0.6 * by_chance.min(by_points), "{found}");
         }
     }
 
     #[test]
-    fn spheres_cover_lamps() {
-        let apart_by = |lamp: f32, sphere: f32, between| covered_share(lamp, sphere.sin().recip(), between);
-        assert_eq!(apart_by(0.3, 0.1, 0.5), 0.0);
-        assert!(apart_by(0.1, 0.3, 0.0) > 0.99 && apart_by(0.1, 0.3, 0.65) == 0.0);
-        let quarter = apart_by(0.2, 0.1, 0.05);
+    fn discs_cover_each_other() {
+        assert_eq!(covered_share(0.3, 0.1, 0.5), 0.0);
+        assert_eq!(covered_share(0.1, 0.3, 0.1), 1.0);
+        let quarter = covered_share(0.2, 0.1, 0.05);
         assert!((quarter - 0.25).abs() < 0.01, "{quarter}");
-        assert!(apart_by(0.2, 0.1, 0.25) < quarter && apart_by(0.2, 0.1, 0.25) > 0.0);
+        assert!(covered_share(0.2, 0.1, 0.25) < quarter && covered_share(0.2, 0.1, 0.25) > 0.0);
+    }
+
+    #[test]
+    fn what_is_thick_in_its_middle_has_a_core() {
+        let cores = |model: &Scene| fit_spheres(model).iter().filter(|sphere| sphere.is_core == 1).count();
+        let spheres = fit_spheres(&ball(0.7));
+        assert!(spheres[0].is_core == 1 && spheres[0].center.length() < 0.01, "{:?}", spheres[0]);
+        assert!((spheres[0].radius - 0.7).abs() < 0.02, "{:?}", spheres[0]);
+        assert_eq!(cores(&ball(0.7)), 1);
+        // Two balls, with nothing between them.
+        let mut pair = ball(0.5);
+        let (count, second) = (pair.positions.len() as u32, ball(0.5));
+        pair.positions.extend(second.positions.iter().map(|position| *position + 2.0 * Vec3::X));
+        pair.normals.extend(second.normals);
+        pair.tangents.extend(second.tangents);
+        pair.uv0.extend(second.uv0);
+        pair.triangles.extend(second.triangles.iter().map(|triangle| triangle.map(|corner| corner + count)));
+        pair.triangle_material.extend(second.triangle_material);
+        assert_eq!(cores(&pair), 0);
     }
 
     #[test]

@@ -167,7 +167,7 @@ fn records() -> Vec<(&'static str, Layout)> {
         record!(GridRecord as "Grid" {
             origin, rows, last, kind, spacing, off_surface, counts, sphere_count, cell_blocks, polynomial, axes,
         }),
-        record!(ObjectSphere as "ObjectSphere" { center, radius, albedo, reach, object, hides, unused }),
+        record!(ObjectSphere as "ObjectSphere" { center, radius, albedo, reach, object, hides, is_core, unused }),
         record!(EmissiveDisc as "EmissiveDisc" { center, area, normal, padding, radiance, padding_2 }),
         record!(DiscsRecord as "EmissiveDiscs" { discs, count }),
         record!(GridCell as "GridCell" { planes, corners }),

@@ -10,7 +10,9 @@ struct ObjectSphere {
     object: u32,
     // How much it darkens what it hides: 1, or 0 where that light is missing without it.
     hides: f32,
-    unused: array<u32, 2>,
+    // Whether it is the core of its object: 1 or 0.
+    is_core: u32,
+    unused: u32,
 }
 
 // An emissive surface as it looks from afar.
@@ -100,7 +102,9 @@ fn object_influence(
     var hidden = 0.0;
     // Of each lamp.
     var lamps_left = vec3f(1.0);
+    // By patches, and by the core.
     var lamps_hidden = vec3f(0.0);
+    var lamps_behind = vec3f(0.0);
     var reflected = vec3f(0.0);
     // Of one object: its spheres follow each other.
     var object = NO_OBJECT;
@@ -117,8 +121,9 @@ fn object_influence(
         let sphere = object_spheres[i];
         if sphere.object != object {
             reflected += reflected_by(light, albedo, from_object);
-            lamps_left *= max(1.0 - lamps_hidden, vec3f(0.0));
+            lamps_left *= max(1.0 - max(lamps_hidden, lamps_behind), vec3f(0.0));
             lamps_hidden = vec3f(0.0);
+            lamps_behind = vec3f(0.0);
             object = sphere.object;
             albedo = vec3f(0.0);
             from_object = vec3f(0.0);
@@ -126,23 +131,34 @@ fn object_influence(
         let offset = sphere.center - position;
         let distance = max(length(offset), 1e-30);
         let direction = offset / distance;
-        let strength = OPACITY - OPACITY * smoothstep(FADE_FROM, 1.0, distance / sphere.reach);
+        let fade = 1.0 - smoothstep(FADE_FROM, 1.0, distance / sphere.reach);
         let radii = max(distance / max(sphere.radius, 1e-30), 1.0);
-        let share = strength * sphere_form_factor(radii, dot(normal, direction));
-        hidden += sphere.hides * share;
-        albedo += share * sphere.albedo;
-        from_object += share * direction;
+        let angle = asin(1.0 / radii);
         for (var k = 0u; k < 3u; k++) {
             if all(lamps[k].flux == vec3f(0.0)) {
                 continue;
             }
+            let lamp = acos(lamps[k].cosine);
             let between = acos(clamp(dot(lamps[k].direction, direction), -1.0, 1.0));
-            let covered = covered_share(acos(lamps[k].cosine), radii, between);
-            lamps_hidden[k] += sphere.hides * strength * covered;
+            if sphere.is_core == 1u {
+                // What it does to wide lamps, patches know better.
+                let narrow = 1.0 - smoothstep(0.5, 1.0, lamp / angle);
+                lamps_behind[k] = sphere.hides * fade * narrow * covered_share(lamp, angle, between);
+            } else {
+                // To a patch no lamp is smaller than itself: between the patches there would be light.
+                let covered = covered_share(max(lamp, angle), angle, between);
+                lamps_hidden[k] += sphere.hides * OPACITY * fade * covered;
+            }
+        }
+        if sphere.is_core == 0u {
+            let share = OPACITY * fade * sphere_form_factor(radii, dot(normal, direction));
+            hidden += sphere.hides * share;
+            albedo += share * sphere.albedo;
+            from_object += share * direction;
         }
     }
     reflected += reflected_by(light, albedo, from_object);
-    lamps_left *= max(1.0 - lamps_hidden, vec3f(0.0));
+    lamps_left *= max(1.0 - max(lamps_hidden, lamps_behind), vec3f(0.0));
     var of_lamps = vec3f(0.0);
     var left = vec3f(0.0);
     for (var k = 0u; k < 3u; k++) {
@@ -214,13 +230,13 @@ fn reflected_by(light: ptr<function, GridLight>, albedo: vec3f, from_object: vec
     return albedo * irradiance_from(light, -from_object / length);
 }
 
-// The share of a lamp in the sky that a sphere covers: half opening angle of the lamp, distance of the sphere in its radii, and
-// the angle between them. To a sphere no lamp is smaller than itself.
-fn covered_share(lamp_angle: f32, radii: f32, between: f32) -> f32 {
-    let sphere = asin(1.0 / radii);
-    let lamp = max(lamp_angle, sphere);
-    let t = saturate((between - lamp + sphere) / max(2.0 * sphere, 1e-6));
-    return (1.0 - t * t * (3.0 - 2.0 * t)) * (1.0 - cos(sphere)) / max(1.0 - cos(lamp), 1e-30);
+// The share of a disc in the sky that another covers; half opening angles and the angle between them.
+fn covered_share(lamp: f32, sphere: f32, between: f32) -> f32 {
+    let inner = abs(lamp - sphere);
+    let outer = lamp + sphere;
+    let t = saturate((between - inner) / max(outer - inner, 1e-6));
+    let areas = vec2f(1.0 - cos(lamp), 1.0 - cos(sphere));
+    return (1.0 - t * t * (3.0 - 2.0 * t)) * min(areas.y / max(areas.x, 1e-9), 1.0);
 }
 
 // Form factor of a sphere whose middle is `radii` of its radii away, at an angle of the given cosine to the normal.
