@@ -60,8 +60,12 @@ const POINTS: usize = 2048;
 /// Passes over the points, after which the middles hardly move any more.
 const PASSES: usize = 12;
 
-/// Reach of an object's spheres, in radii of a sphere that shows as much as the object: there it hides 1/36 of the sky.
-const REACH: f32 = 6.0;
+/// Reach of an object's spheres, in radii of a sphere that shows as much as the object.
+const REACH: f32 = 9.0;
+
+/// Share of the reach within which spheres hide all kinds of light, beyond it only that of discs: there they hide 1/36 of the
+/// sky.
+pub(crate) const EVEN_REACH: f32 = 2.0 / 3.0;
 
 /// From this share of the reach on, spheres fade out.
 pub(crate) const FADE_FROM: f32 = 0.5;
@@ -190,6 +194,24 @@ impl ObjectSphere {
     }
 }
 
+impl ObjectSphere {
+    /// Whether it may hide any light from a point; far away, that of one of the discs.
+    fn reaches(&self, position: Vec3, discs: &[EmissiveDisc]) -> bool {
+        let offset = self.center - position;
+        let squared = offset.length_squared();
+        let even_reach = EVEN_REACH * self.reach;
+        let stands_before = |disc: &EmissiveDisc| {
+            let to_disc = disc.center - position;
+            let along = offset.dot(to_disc) / to_disc.length_squared();
+            // Patches count as if the disc was as large as they are, at least.
+            let width = 2.0 * self.radius + along * (disc.area * FRAC_1_PI).sqrt();
+            (0.0..1.0).contains(&along) && (offset - along * to_disc).length_squared() < width * width
+        };
+        squared < even_reach * even_reach
+            || (squared < self.reach * self.reach && discs.iter().any(stands_before))
+    }
+}
+
 /// What objects make of the soft light on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectInfluence {
@@ -214,10 +236,7 @@ impl ObjectInfluence {
         irradiance: Vec3,
         light: impl FnOnce() -> Option<GridLight>,
     ) -> Self {
-        let is_near = |sphere: &&ObjectSphere| {
-            Some(sphere.object) != own
-                && sphere.center.distance_squared(position) < sphere.reach * sphere.reach
-        };
+        let is_near = |sphere: &&ObjectSphere| Some(sphere.object) != own && sphere.reaches(position, discs);
         let mut near = spheres.iter().filter(is_near).peekable();
         if near.peek().is_none() {
             return Self::NONE;
@@ -246,12 +265,16 @@ impl ObjectInfluence {
             let offset = sphere.center - position;
             let distance = offset.length().max(f32::MIN_POSITIVE);
             let direction = offset / distance;
-            let (is_core, fade) = (sphere.is_core == 1, fade(distance / sphere.reach));
+            let is_core = sphere.is_core == 1;
+            let [even_fade, disc_fade] =
+                [EVEN_REACH, 1.0].map(|share| fade(distance / (share * sphere.reach)));
             let radii = (distance / sphere.radius.max(f32::MIN_POSITIVE)).max(1.0);
             let angle = radii.recip().asin();
             for k in (0..3).filter(|k| lamps[*k].flux != Vec3::ZERO) {
                 let lamp = lamps[k].cosine.acos();
                 let between = lamps[k].direction.dot(direction).clamp(-1.0, 1.0).acos();
+                // The third is what is not known as a disc.
+                let fade = if k < 2 { disc_fade } else { even_fade };
                 if is_core {
                     lamps_behind[k] = sphere.hides * fade * covered_by_core(lamp, angle, between);
                 } else {
@@ -261,7 +284,7 @@ impl ObjectInfluence {
                 }
             }
             if !is_core {
-                let share = OPACITY * fade * sphere_form_factor(radii, normal.dot(direction));
+                let share = OPACITY * even_fade * sphere_form_factor(radii, normal.dot(direction));
                 hidden += sphere.hides * share;
                 albedo += share * sphere.albedo;
                 from_object += share * direction;

@@ -34,7 +34,7 @@ use crate::frame::{
     URGENCY_STEP_BITS, Waiting,
 };
 use crate::grid_light::LAMP_PASSES;
-use crate::object_spheres::{FADE_FROM, OPACITY};
+use crate::object_spheres::{EVEN_REACH, FADE_FROM, OPACITY};
 use crate::{ClusterExtent, EmissiveDisc, FADE_STEPS, ObjectSphere};
 
 /// All shaders of the crate, by the name of their function.
@@ -187,6 +187,7 @@ fn host_constants() -> Vec<(&'static str, Vec<f64>)> {
         ("GRID_COSINES", f64::from(GRID_COSINES)),
         ("MAX_GRID_ROWS", MAX_GRID_ROWS as f64),
         ("FADE_FROM", f64::from(FADE_FROM)),
+        ("EVEN_REACH", f64::from(EVEN_REACH)),
         ("OPACITY", f64::from(OPACITY)),
         ("MOST_DISCS", MOST_DISCS as f64),
         ("SMALLEST_DISC", f64::from(SMALLEST_DISC)),

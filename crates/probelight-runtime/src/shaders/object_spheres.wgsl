@@ -49,6 +49,9 @@ const EDGE_ANGLE: f32 = 0.1;
 // this share on.
 const HIDDEN_SHARE: f32 = 0.5;
 
+// Share of the reach within which spheres hide all kinds of light, beyond it only that of discs.
+const EVEN_REACH: f32 = 0.6666667;
+
 const HALF_TURN: f32 = 3.14159265;
 
 // From this share of the reach on, spheres fade out.
@@ -81,10 +84,29 @@ fn object_influence_on_scene(position: vec3f, normal: vec3f, irradiance: vec3f) 
     return object_influence(first, NO_OBJECT, position, normal, irradiance, &light);
 }
 
+// Whether a sphere may hide any light from a point; far away, that of one of the discs.
 fn is_near(index: u32, own: u32, position: vec3f) -> bool {
-    let offset = object_spheres[index].center - position;
-    let reach = object_spheres[index].reach;
-    return object_spheres[index].object != own && dot(offset, offset) < reach * reach;
+    let sphere = object_spheres[index];
+    let offset = sphere.center - position;
+    let squared = dot(offset, offset);
+    if sphere.object == own || squared >= sphere.reach * sphere.reach {
+        return false;
+    }
+    let even_reach = EVEN_REACH * sphere.reach;
+    if squared < even_reach * even_reach {
+        return true;
+    }
+    for (var i = 0u; i < emissive.count; i++) {
+        let to_disc = emissive.discs[i].center - position;
+        let along = dot(offset, to_disc) / dot(to_disc, to_disc);
+        // Patches count as if the disc was as large as they are, at least.
+        let width = 2.0 * sphere.radius + along * sqrt(emissive.discs[i].area / HALF_TURN);
+        let beside = offset - along * to_disc;
+        if along > 0.0 && along < 1.0 && dot(beside, beside) < width * width {
+            return true;
+        }
+    }
+    return false;
 }
 
 // That of the spheres from the first one on. `own` is the object that the surface belongs to; without objects `irradiance`
@@ -98,6 +120,8 @@ fn object_influence(
     light: ptr<function, GridLight>,
 ) -> ObjectInfluence {
     var lamps: array<Lamp, 3>;
+    // Half opening angle of each lamp.
+    var widths = vec3f(0.0);
     var any_near = false;
     var hidden = 0.0;
     // Of each lamp.
@@ -117,6 +141,7 @@ fn object_influence(
         if !any_near {
             any_near = true;
             lamps = told_apart(lamp_of(light, normal), position, normal, irradiance);
+            widths = acos(vec3f(lamps[0].cosine, lamps[1].cosine, lamps[2].cosine));
         }
         let sphere = object_spheres[i];
         if sphere.object != object {
@@ -131,15 +156,18 @@ fn object_influence(
         let offset = sphere.center - position;
         let distance = max(length(offset), 1e-30);
         let direction = offset / distance;
-        let fade = 1.0 - smoothstep(FADE_FROM, 1.0, distance / sphere.reach);
+        let disc_fade = 1.0 - smoothstep(FADE_FROM, 1.0, distance / sphere.reach);
+        let even_fade = 1.0 - smoothstep(FADE_FROM, 1.0, distance / (EVEN_REACH * sphere.reach));
         let radii = max(distance / max(sphere.radius, 1e-30), 1.0);
         let angle = asin(1.0 / radii);
         for (var k = 0u; k < 3u; k++) {
-            if all(lamps[k].flux == vec3f(0.0)) {
+            let lamp = widths[k];
+            let between = acos(clamp(dot(lamps[k].direction, direction), -1.0, 1.0));
+            if all(lamps[k].flux == vec3f(0.0)) || between >= max(lamp, angle) + angle {
                 continue;
             }
-            let lamp = acos(lamps[k].cosine);
-            let between = acos(clamp(dot(lamps[k].direction, direction), -1.0, 1.0));
+            // The third is what is not known as a disc.
+            let fade = select(even_fade, disc_fade, k < 2u);
             if sphere.is_core == 1u {
                 // What it does to wide lamps, patches know better.
                 let narrow = 1.0 - smoothstep(0.5, 1.0, lamp / angle);
@@ -151,7 +179,7 @@ fn object_influence(
             }
         }
         if sphere.is_core == 0u {
-            let share = OPACITY * fade * sphere_form_factor(radii, dot(normal, direction));
+            let share = OPACITY * even_fade * sphere_form_factor(radii, dot(normal, direction));
             hidden += sphere.hides * share;
             albedo += share * sphere.albedo;
             from_object += share * direction;
