@@ -163,6 +163,7 @@ fn viewer_options(options: &JsValue) -> Result<ViewerOptions, JsError> {
         resolution: resolution.map(|share| share.clamp(0.1, 1.0)),
         objects: Vec::new(),
         ball: Some(("ball.glb".into(), Arc::from(BALL))),
+        ..ViewerOptions::default()
     })
 }
 

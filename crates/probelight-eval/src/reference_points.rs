@@ -6,7 +6,7 @@
 //! position_{x,y,z}  normal_{x,y,z}                          metres, world space; unit
 //! E_{delta,area,sky,indirect}_{r,g,b}                       irradiance, W/m²
 //! se_{area,sky,indirect}_{r,g,b}                            standard error of the mean
-//! kind                                                      0 on a surface, 1 in free space
+//! kind                                                      0 on a surface, 1 in free space; without it all are on surfaces
 //! sampling, triangle_area                                   optional: 0 by area, 1 by triangle; m²
 //! ```
 
@@ -158,7 +158,7 @@ struct Columns {
     se_area: VectorColumns,
     se_sky: VectorColumns,
     se_indirect: VectorColumns,
-    kind: usize,
+    kind: Option<usize>,
     sampling: Option<usize>,
     triangle_area: Option<usize>,
 }
@@ -189,7 +189,7 @@ impl Columns {
             se_area: color("se_area")?,
             se_sky: color("se_sky")?,
             se_indirect: color("se_indirect")?,
-            kind: find("kind")?,
+            kind: find_optional("kind")?,
             sampling: find_optional("sampling")?,
             triangle_area: find_optional("triangle_area")?,
         })
@@ -200,7 +200,7 @@ impl Columns {
         if (normal.length() - 1.0).abs() > UNIT_TOLERANCE {
             return Err(format!("the normal {normal} is not a unit vector"));
         }
-        let kind = match row[self.kind] {
+        let kind = match self.kind.map_or(0.0, |column| row[column]) {
             0.0 => PointKind::Surface,
             1.0 => PointKind::FreeSpace,
             other => return Err(format!("kind is {other}; 0 (surface) and 1 (free space) are known")),
@@ -271,7 +271,9 @@ mod tests {
     fn a_bad_header_is_named() {
         assert_eq!(failure(""), (1, "the file is empty; it should name its columns here".into()));
         assert_eq!(failure("a,b\n1,2\n"), (1, "there is no column position_x".into()));
-        assert_eq!(failure(&HEADER.replace("kind", "sort")), (1, "there is no column kind".into()));
+        assert_eq!(failure(&HEADER.replace("normal_x", "n")), (1, "there is no column normal_x".into()));
+        let without_kind = parse(&format!("{}\n{ROW}", HEADER.replace("kind", "sort"))).unwrap();
+        assert_eq!(without_kind.points[0].kind, PointKind::Surface, "without a column of kinds");
         assert_eq!(failure(&format!("{HEADER},kind\n{ROW},1")), (1, "there are two columns kind".into()));
         assert_eq!(failure(HEADER), (2, "there are no rows below the column names".into()));
     }

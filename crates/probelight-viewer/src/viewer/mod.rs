@@ -18,7 +18,9 @@ mod similarity;
 
 use std::collections::HashSet;
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
+#[cfg(not(target_arch = "wasm32"))]
+use std::sync::OnceLock;
 
 use eframe::egui::{self, CentralPanel, Rect, Ui};
 use eframe::egui_wgpu::RenderState;
@@ -120,6 +122,7 @@ pub struct Viewer {
     zoom: f32,
     memory: (Instant, u64),
     /// Where changes were saved when the window ended by accident.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(crate) rescued: Arc<OnceLock<PathBuf>>,
     rect: Rect,
     draws: u64,
@@ -212,6 +215,7 @@ impl Viewer {
             tab: Tab::default(),
             zoom: 1.0,
             memory: (Instant::now(), 0),
+            #[cfg(not(target_arch = "wasm32"))]
             rescued: Arc::default(),
             rect: Rect::ZERO,
             draws: 0,
