@@ -200,8 +200,15 @@ impl Patch {
 fn fit_discs(scene: &Scene, colors: &[SurfaceColors]) -> Vec<(EmissiveDisc, usize)> {
     let power = |patch: &Patch| patch.area * patch.weight() * luminance(colors[patch.material].emission);
     let by_power = |a: &Patch, b: &Patch| power(b).total_cmp(&power(a));
-    let emitting = (0..colors.len()).filter(|material| colors[*material].emission != Vec3::ZERO);
-    let mut patches: Vec<Patch> = emitting.filter_map(|material| surface_of(scene, material)).collect();
+    let mut triangles = vec![Vec::new(); colors.len()];
+    for (triangle, material) in scene.triangle_material.iter().enumerate() {
+        if colors[*material as usize].emission != Vec3::ZERO {
+            triangles[*material as usize].push(triangle);
+        }
+    }
+    let surfaces = triangles.iter().enumerate();
+    let mut patches: Vec<Patch> =
+        surfaces.filter_map(|(m, triangles)| surface_of(scene, m, triangles)).collect();
     patches.sort_by(by_power);
     patches.truncate(MOST_DISCS);
     while patches.len() < MOST_DISCS {
@@ -215,11 +222,8 @@ fn fit_discs(scene: &Scene, colors: &[SurfaceColors]) -> Vec<(EmissiveDisc, usiz
     patches.iter().map(|patch| (patch.disc(), patch.material)).collect()
 }
 
-/// Points spread evenly over all of a material.
-fn surface_of(scene: &Scene, material: usize) -> Option<Patch> {
-    let triangles: Vec<usize> = (0..scene.triangles.len())
-        .filter(|triangle| scene.triangle_material[*triangle] as usize == material)
-        .collect();
+/// Points spread evenly over the triangles of a material, if they have any area.
+fn surface_of(scene: &Scene, material: usize, triangles: &[usize]) -> Option<Patch> {
     let areas = triangles.iter().scan(0.0, |sum, triangle| {
         *sum += f64::from(scene.area(*triangle));
         Some(*sum)
