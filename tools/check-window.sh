@@ -42,7 +42,7 @@ key() { xdotool key --delay 60 "$@"; sleep 0.7; }
 # Around the scene by the mouse, as slowly as a hand.
 drag() {
     xdotool mousemove 560 420 sleep 0.1 mousedown 1
-    for x in 580 600 640 680; do xdotool sleep 0.1 mousemove "$x" $((420 + (x - 560) / 6)); done
+    for x in 570 580 590 600; do xdotool sleep 0.1 mousemove "$x" $((420 + (x - 560) / 6)); done
     xdotool sleep 0.1 mouseup 1
 }
 shot() { import -window root "$work/$1.png"; }

@@ -6,12 +6,12 @@ use std::f32::consts::PI;
 use bytemuck::{Pod, Zeroable};
 use probelight_math::color::luminance;
 use probelight_math::glam::Vec3;
-use probelight_math::sampling::sobol_owen;
 use probelight_scene::Scene;
 
 use crate::SurfaceColors;
 use crate::grid_light::Lamp;
 use crate::object_spheres::smoothstep;
+use crate::spread_points::spread_points;
 
 /// Most discs of a scene.
 pub(crate) const MOST_DISCS: usize = 16;
@@ -224,26 +224,14 @@ fn fit_discs(scene: &Scene, colors: &[SurfaceColors]) -> Vec<(EmissiveDisc, usiz
 
 /// Points spread evenly over the triangles of a material, if they have any area.
 fn surface_of(scene: &Scene, material: usize, triangles: &[usize]) -> Option<Patch> {
-    let areas = triangles.iter().scan(0.0, |sum, triangle| {
-        *sum += f64::from(scene.area(*triangle));
-        Some(*sum)
-    });
-    let areas: Vec<f64> = areas.collect();
-    let total = areas.last().copied().filter(|area| *area > 0.0)?;
-    let point = |i: u32| {
-        let at = (f64::from(i) + 0.5) / f64::from(POINTS) * total;
-        let triangle = triangles[areas.partition_point(|end| *end < at).min(areas.len() - 1)];
-        let mut barycentric = sobol_owen(i, 0);
-        if barycentric.element_sum() > 1.0 {
-            barycentric = 1.0 - barycentric;
-        }
-        EmissivePoint {
-            position: scene.position(triangle, barycentric),
-            normal: scene.geometric_normal(triangle),
-            texel: scene.emission_texel(triangle, barycentric),
-        }
+    let point = |(triangle, barycentric)| EmissivePoint {
+        position: scene.position(triangle, barycentric),
+        normal: scene.geometric_normal(triangle),
+        texel: scene.emission_texel(triangle, barycentric),
     };
-    Some(Patch { material, points: (0..POINTS).map(point).collect(), area: total as f32 / POINTS as f32 })
+    let points: Vec<_> = spread_points(scene, triangles, POINTS).into_iter().map(point).collect();
+    let area: f32 = triangles.iter().map(|triangle| scene.area(*triangle)).sum();
+    (!points.is_empty()).then_some(Patch { material, points, area: area / POINTS as f32 })
 }
 
 #[cfg(test)]

@@ -80,6 +80,7 @@ mod scene_state;
 #[cfg(feature = "cpu")]
 mod shadow_turns;
 mod sky_signals;
+mod spread_points;
 mod surface_colors;
 mod surfels_of_texels;
 pub mod synthetic;

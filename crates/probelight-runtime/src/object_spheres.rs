@@ -2,19 +2,20 @@
 //!
 //! The light around a surface is taken for a sum of two: that of a [`Lamp`](crate::Lamp), and even light. Where the lamp is an
 //! emissive surface, or two of them, these are told apart from it. A sphere stands before a part of each lamp, as two discs in
-//! the sky cover each other, and before the part F of the cosine-weighted hemisphere, about (n·c) r²/d². It hides half of both, and from there comes the light that it reflects instead: an object's spheres show twice its surface,
-//! so that there are no gaps between them, and what they hide is summed up, as nothing is hidden more than once. (Spheres that
-//! hide all behind them, as if by chance, leave a third of the light in the middle of a shadow.) An object that is thick in its
-//! middle has a core besides, which hides all of a lamp behind it.
+//! the sky cover each other, and before the part F of the cosine-weighted hemisphere, about (n·c) r²/d². It hides half of both,
+//! and from there comes the light that it reflects instead: an object's spheres show twice its surface, so that there are no
+//! gaps between them, and what they hide is summed up, as nothing is hidden more than once. (Spheres that hide all behind them,
+//! as if by chance, leave a third of the light in the middle of a shadow.) An object that is thick in its middle has a core
+//! besides, which hides all of a narrow lamp behind it.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use bytemuck::{Pod, Zeroable};
 use probelight_math::glam::Vec3;
-use probelight_math::sampling::sobol_owen;
 use probelight_scene::{Placement, Scene};
 
 use crate::emissive_discs::{LitPlace, told_apart};
+use crate::spread_points::spread_points;
 use crate::{EmissiveDisc, GridLight};
 
 /// A sphere that stands for a part of an object.
@@ -55,7 +56,7 @@ pub(crate) const OPACITY: f32 = 0.5;
 const INSET: f32 = 0.4;
 
 /// Points of the surface that are divided among spheres.
-const POINTS: usize = 2048;
+const POINTS: u32 = 2048;
 
 /// Passes over the points, after which the middles hardly move any more.
 const PASSES: usize = 12;
@@ -74,6 +75,9 @@ pub(crate) const FADE_FROM: f32 = 0.5;
 /// surface of area A shows A / 4 of it from any side, a sphere π r², of which it hides [`OPACITY`].
 pub(crate) fn fit_spheres(model: &Scene) -> Vec<ObjectSphere> {
     let points = surface_points(model);
+    if points.is_empty() {
+        return Vec::new();
+    }
     let mut middles: Vec<Vec3> = Vec::with_capacity(PATCHES);
     // Each begins where no other is near.
     let mut distances = vec![f32::INFINITY; points.len()];
@@ -157,28 +161,15 @@ impl Patch {
     }
 }
 
-/// Points spread evenly over a surface.
 fn surface_points(model: &Scene) -> Vec<SurfacePoint> {
-    let areas = (0..model.triangles.len()).scan(0.0, |sum, triangle| {
-        *sum += f64::from(model.area(triangle));
-        Some(*sum)
-    });
-    let areas: Vec<f64> = areas.collect();
-    let total = areas.last().copied().unwrap_or(0.0);
-    let point = |i: usize| {
-        let at = (i as f64 + 0.5) / POINTS as f64 * total;
-        let triangle = areas.partition_point(|end| *end < at).min(areas.len() - 1);
-        let mut barycentric = sobol_owen(i as u32, 0);
-        if barycentric.element_sum() > 1.0 {
-            barycentric = 1.0 - barycentric;
-        }
-        SurfacePoint {
-            position: model.position(triangle, barycentric),
-            normal: model.geometric_normal(triangle),
-            albedo: model.albedo(triangle, barycentric),
-        }
+    let triangles: Vec<usize> = (0..model.triangles.len()).collect();
+    let points = spread_points(model, &triangles, POINTS).into_iter();
+    let point = |(triangle, barycentric)| SurfacePoint {
+        position: model.position(triangle, barycentric),
+        normal: model.geometric_normal(triangle),
+        albedo: model.albedo(triangle, barycentric),
     };
-    (0..POINTS).map(point).collect()
+    points.map(point).collect()
 }
 
 impl ObjectSphere {
@@ -506,6 +497,9 @@ mod tests {
         pair.triangles.extend(second.triangles.iter().map(|triangle| triangle.map(|corner| corner + count)));
         pair.triangle_material.extend(second.triangle_material);
         assert_eq!(cores(&pair), 0);
+        let mut flat = ball(0.7);
+        flat.positions.iter_mut().for_each(|position| *position *= Vec3::X);
+        assert!(fit_spheres(&flat).is_empty(), "what has no area hides nothing");
     }
 
     #[test]
