@@ -1,12 +1,13 @@
 //! The mouse in the picture, and keys that are held.
 
-use eframe::egui::{Context, InputState, Key, PointerButton, Response, Vec2 as Vector};
+use eframe::egui::{Context, InputState, Key, KeyboardShortcut, PointerButton, Response, Vec2 as Vector};
 use probelight_math::glam::{Vec2, Vec3};
 
 use crate::handles::{self, Frame, Held};
 use crate::scene::live_scene::LiveScene;
 use crate::scene::pick::{Picked, pick};
 use crate::state::camera_rig::{axes, dolly, fly, look, orbit, pan};
+use crate::state::keys::{Binding, bindings};
 use crate::state::{Action, Request, Selection, State};
 
 /// The camera crosses the scene in about so many seconds.
@@ -155,10 +156,15 @@ pub fn pressed(context: &Context) -> Vec<Action> {
     if context.text_edit_focused() {
         return Vec::new();
     }
-    let bindings = crate::state::keys::bindings();
+    let bindings = bindings();
     context.input_mut(|input| {
-        let pressed = bindings.into_iter().filter(|binding| input.consume_shortcut(&binding.shortcut));
-        pressed.map(|binding| binding.action).collect()
+        // In a slow frame one may have pressed a key more than once.
+        let mut presses = |binding: Binding| {
+            let KeyboardShortcut { modifiers, logical_key } = binding.shortcut;
+            let count = input.count_and_consume_key(modifiers, logical_key);
+            std::iter::repeat_n(binding.action, count)
+        };
+        bindings.into_iter().flat_map(&mut presses).collect()
     })
 }
 
