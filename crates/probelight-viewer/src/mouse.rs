@@ -1,6 +1,8 @@
 //! The mouse in the picture, and keys that are held.
 
-use eframe::egui::{Context, InputState, Key, KeyboardShortcut, PointerButton, Response, Vec2 as Vector};
+use eframe::egui::{
+    Context, Event, InputState, Key, KeyboardShortcut, PointerButton, Response, Vec2 as Vector,
+};
 use probelight_math::glam::{Vec2, Vec3};
 
 use crate::handles::{self, Frame, Held};
@@ -158,13 +160,19 @@ pub fn pressed(context: &Context) -> Vec<Action> {
     }
     let bindings = bindings();
     context.input_mut(|input| {
-        // In a slow frame one may have pressed a key more than once.
-        let mut presses = |binding: Binding| {
-            let KeyboardShortcut { modifiers, logical_key } = binding.shortcut;
-            let count = input.count_and_consume_key(modifiers, logical_key);
-            std::iter::repeat_n(binding.action, count)
-        };
-        bindings.into_iter().flat_map(&mut presses).collect()
+        // In a slow frame several keys may have been pressed, and one of them twice.
+        let mut actions = Vec::new();
+        input.events.retain(|event| {
+            let Event::Key { key, modifiers, pressed: true, .. } = event else { return true };
+            let is_meant = |binding: &&Binding| {
+                let KeyboardShortcut { modifiers: wanted, logical_key } = binding.shortcut;
+                *key == logical_key && modifiers.matches_logically(wanted)
+            };
+            let meant = bindings.iter().find(is_meant);
+            actions.extend(meant.map(|binding| binding.action.clone()));
+            meant.is_none()
+        });
+        actions
     })
 }
 

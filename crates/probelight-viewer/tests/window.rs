@@ -200,20 +200,20 @@ fn lights_are_dragged_and_places_picked_in_the_picture() {
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     harness.run_steps(2);
     assert_eq!(lamp_place(&harness), before, "a drag is one step");
-    // Keys that are pressed twice within one slow frame count twice.
-    let key = |pressed| Event::Key {
-        key: Key::L,
-        physical_key: None,
-        pressed,
-        repeat: false,
-        modifiers: Modifiers::NONE,
-    };
-    harness.input_mut().events.extend([true, false, true, false].map(key));
+    // Keys that are pressed within one slow frame count as often, and in the order, as they were.
+    let keys = [
+        (Key::L, Modifiers::NONE),
+        (Key::L, Modifiers::NONE),
+        (Key::Z, Modifiers::COMMAND),
+        (Key::Z, Modifiers::COMMAND),
+        (Key::Z, Modifiers::COMMAND | Modifiers::SHIFT),
+    ];
+    let press =
+        |(key, modifiers)| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
+    harness.input_mut().events.extend(keys.map(press));
     harness.step();
-    assert_eq!(harness.state().state.document.lights.len(), 3);
-    for _ in 0..2 {
-        harness.state_mut().act(Action::Undo);
-    }
+    assert_eq!(harness.state().state.document.lights.len(), 2);
+    harness.state_mut().act(Action::Undo);
     harness.run_steps(2);
     // A click on the floor says what is there, and later what arrives there.
     let rect = harness.state().picture_rect();
