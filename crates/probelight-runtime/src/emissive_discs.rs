@@ -10,7 +10,6 @@ use probelight_scene::Scene;
 
 use crate::SurfaceColors;
 use crate::grid_light::Lamp;
-use crate::object_spheres::smoothstep;
 use crate::spread_points::spread_points;
 
 /// Most discs of a scene.
@@ -107,6 +106,12 @@ pub(crate) fn told_apart(found: &Lamp, discs: &[EmissiveDisc], place: &LitPlace)
 fn seen(arriving: Vec3, sent: Vec3) -> f32 {
     let share = luminance(arriving) / luminance(sent).max(f32::MIN_POSITIVE);
     smoothstep((share - HIDDEN_SHARE) / (1.0 - HIDDEN_SHARE))
+}
+
+/// From 0 to 1, level at both ends.
+pub(crate) fn smoothstep(t: f32) -> f32 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 /// The discs of a scene, for present colours.

@@ -14,7 +14,7 @@ use bytemuck::{Pod, Zeroable};
 use probelight_math::glam::Vec3;
 use probelight_scene::{Placement, Scene};
 
-use crate::emissive_discs::{LitPlace, told_apart};
+use crate::emissive_discs::{LitPlace, smoothstep, told_apart};
 use crate::spread_points::spread_points;
 use crate::{EmissiveDisc, GridLight};
 
@@ -161,6 +161,7 @@ impl Patch {
     }
 }
 
+/// Points spread evenly over a surface.
 fn surface_points(model: &Scene) -> Vec<SurfacePoint> {
     let triangles: Vec<usize> = (0..model.triangles.len()).collect();
     let points = spread_points(model, &triangles, POINTS).into_iter();
@@ -183,9 +184,7 @@ impl ObjectSphere {
             ..*self
         }
     }
-}
 
-impl ObjectSphere {
     /// Whether it may hide any light from a point; far away, that of one of the discs.
     fn reaches(&self, position: Vec3, discs: &[EmissiveDisc]) -> bool {
         let offset = self.center - position;
@@ -234,6 +233,7 @@ impl ObjectInfluence {
         }
         let Some(light) = light() else { return Self::NONE };
         let lamps = told_apart(&light.lamp(normal), discs, &LitPlace { position, normal, irradiance });
+        let widths = lamps.map(|lamp| lamp.cosine.acos());
         let (mut hidden, mut lamps_left, mut reflected) = (0.0, [1.0; 3], Vec3::ZERO);
         // By patches, and by the core.
         let (mut lamps_hidden, mut lamps_behind) = ([0.0f32; 3], [0.0f32; 3]);
@@ -262,7 +262,7 @@ impl ObjectInfluence {
             let radii = (distance / sphere.radius.max(f32::MIN_POSITIVE)).max(1.0);
             let angle = radii.recip().asin();
             for k in (0..3).filter(|k| lamps[*k].flux != Vec3::ZERO) {
-                let lamp = lamps[k].cosine.acos();
+                let lamp = widths[k];
                 let between = lamps[k].direction.dot(direction).clamp(-1.0, 1.0).acos();
                 // The third is what is not known as a disc.
                 let fade = if k < 2 { disc_fade } else { even_fade };
@@ -294,12 +294,6 @@ impl ObjectInfluence {
 /// From 1 to 0 towards the reach of a sphere.
 fn fade(share_of_reach: f32) -> f32 {
     1.0 - smoothstep((share_of_reach - FADE_FROM) / (1.0 - FADE_FROM))
-}
-
-/// From 0 to 1, level at both ends.
-pub(crate) fn smoothstep(t: f32) -> f32 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 /// The share of a disc in the sky that another covers; half opening angles and the angle between them, radians. Exact where

@@ -176,14 +176,24 @@ impl FramePlan {
 
     /// Number of receivers that are computed.
     pub fn receivers(&self) -> u64 {
-        self.clusters.iter().map(|extent| u64::from(extent.receivers)).sum()
+        receivers(&self.clusters)
     }
 
     /// Bytes of the transport matrices that are read: U and ΣVᵀ.
     pub fn matrix_bytes(&self, baked: &BakedScene) -> u64 {
-        let bytes = |(cluster, extent): (&Cluster, &ClusterExtent)| matrix_bytes(cluster, *extent);
-        baked.clusters.iter().zip(&self.clusters).map(bytes).sum()
+        matrix_bytes_of_all(baked, &self.clusters)
     }
+}
+
+/// Number of receivers that clusters' extents compute.
+pub(super) fn receivers(clusters: &[ClusterExtent]) -> u64 {
+    clusters.iter().map(|extent| u64::from(extent.receivers)).sum()
+}
+
+/// Bytes of U and ΣVᵀ that the extents of all clusters read.
+pub(super) fn matrix_bytes_of_all(baked: &BakedScene, clusters: &[ClusterExtent]) -> u64 {
+    let bytes = |(cluster, extent): (&Cluster, &ClusterExtent)| matrix_bytes(cluster, *extent);
+    baked.clusters.iter().zip(clusters).map(bytes).sum()
 }
 
 /// Which cluster a receiver belongs to.

@@ -2,7 +2,7 @@
 
 use probelight_asset::BakedScene;
 
-use super::plan::{ClusterExtent, matrix_bytes};
+use super::plan::{ClusterExtent, matrix_bytes_of_all, receivers};
 
 /// What a frame computed, and what it left for later ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,10 +18,9 @@ pub struct Workload {
 impl Workload {
     /// Of what was computed of each cluster.
     pub(crate) fn new(baked: &BakedScene, computed: &[ClusterExtent], pending_clusters: usize) -> Self {
-        let clusters = || baked.clusters.iter().zip(computed);
         Self {
-            receivers: clusters().map(|(_, extent)| u64::from(extent.receivers)).sum(),
-            matrix_bytes: clusters().map(|(cluster, extent)| matrix_bytes(cluster, *extent)).sum(),
+            receivers: receivers(computed),
+            matrix_bytes: matrix_bytes_of_all(baked, computed),
             pending_clusters,
         }
     }

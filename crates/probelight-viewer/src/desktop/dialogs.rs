@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use egui_file_dialog::{FileDialog, FileDialogConfig};
 
+use super::file::free_name;
 use crate::scene::loader::Purpose;
 use crate::viewer::{DialogPurpose, Viewer};
 
@@ -87,8 +88,7 @@ impl Viewer {
 
     /// Saves the picture under the next free name.
     pub(crate) fn screenshot(&mut self) {
-        let names = (1..).map(|number| PathBuf::from(format!("probelight-{number:03}.png")));
-        let Some(path) = names.into_iter().find(|path| !path.exists()) else { return };
+        let path = free_name(|number| format!("probelight-{number}.png"));
         let written = self.read_picture().map_err(|error| error.to_string());
         match written.and_then(|image| image.write_png(&path).map_err(|error| error.to_string())) {
             Ok(()) => self.messages.note(format!("saved {}", path.display())),

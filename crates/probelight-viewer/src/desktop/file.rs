@@ -49,6 +49,12 @@ impl File {
     }
 }
 
+/// The first name that nothing has yet: of the numbers from 001 on, in the working folder.
+pub(crate) fn free_name(name_of: impl Fn(&str) -> String) -> PathBuf {
+    let mut names = (1..).map(|number: u32| PathBuf::from(name_of(&format!("{number:03}"))));
+    names.find(|path| !path.exists()).unwrap_or_default()
+}
+
 /// Writes a file, whole or not at all.
 pub(crate) fn save(path: &Path, bytes: &[u8]) -> Result<(), String> {
     write_atomically(path, |out| out.write_all(bytes))

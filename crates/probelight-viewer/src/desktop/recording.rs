@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use probelight_render::DisplayImage;
 
+use super::file::free_name;
 use crate::viewer::Viewer;
 
 /// Pictures in a folder of their own, numbered from one.
@@ -16,8 +17,7 @@ pub struct Recording {
 impl Recording {
     /// Makes the next free folder.
     fn start() -> Result<Self, String> {
-        let names = (1..).map(|number| PathBuf::from(format!("probelight-frames-{number:03}")));
-        let folder = names.into_iter().find(|path| !path.exists()).ok_or("there is no free name")?;
+        let folder = free_name(|number| format!("probelight-frames-{number}"));
         std::fs::create_dir(&folder)
             .map_err(|error| format!("{} cannot be made: {error}", folder.display()))?;
         Ok(Self { folder, count: 0 })
