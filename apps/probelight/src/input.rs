@@ -8,7 +8,7 @@ use probelight_asset::BakedScene;
 use probelight_bake::BakeOptions;
 use probelight_runtime::gpu::GpuRuntime;
 use probelight_runtime::{Convergence, Runtime, SurfaceColors};
-use probelight_scene::{Camera, Scene, Setup, load_gltf};
+use probelight_scene::{Camera, CameraPath, Scene, Setup, load_gltf};
 
 use crate::console::Console;
 
@@ -151,6 +151,15 @@ pub(crate) fn choose_camera(
     let camera = setup.camera(name)?;
     let (width, height) = size.unwrap_or((camera.width, camera.height));
     Ok(Camera { width, height, ..camera.clone() })
+}
+
+/// The way past a setup file's cameras, with pictures of that size if one is given.
+pub(crate) fn load_camera_path(path: &Path, size: Option<(u32, u32)>) -> anyhow::Result<CameraPath> {
+    let mut cameras = Setup::load(path)?.cameras;
+    if let (Some(first), Some((width, height))) = (cameras.first_mut(), size) {
+        (first.width, first.height) = (width, height);
+    }
+    CameraPath::new(&cameras).with_context(|| format!("{}: there is no camera to pass", path.display()))
 }
 
 /// Parses `WIDTHxHEIGHT`.

@@ -273,9 +273,7 @@ impl Runtime {
     fn relight_probes(&mut self) {
         let (plans, probes) = (&self.plans, &mut self.probes);
         let (plan, waits) = match &mut self.work {
-            Some(work) => {
-                (work.choose_probes(plans.plan(), plans.thresholds(), &plans.lod().changes, probes), true)
-            }
+            Some(work) => (work.choose_probes(plans.plan(), plans.thresholds(), plans.lod(), probes), true),
             None => (plans.plan(), false),
         };
         let ways = ways_of(self.doors.as_deref(), &self.baked);

@@ -142,7 +142,7 @@ fn still_light_comes_to_rest_where_it_should() {
 #[test]
 fn a_small_change_is_computed_in_the_end() {
     let baked = room();
-    let changes = LodChanges { threshold: 0.05, longest_wait: 12, matrix_bytes: None };
+    let changes = LodChanges { threshold: 0.05, longest_wait: 12, matrix_share: None };
     let mut runtime = runtime(&baked, LodSettings { changes, ..LodSettings::default() });
     let frames = |runtime: &mut Runtime, power| -> Vec<u64> {
         runtime.set_lighting(lamp(power)).unwrap();
@@ -162,7 +162,7 @@ fn a_small_change_is_computed_in_the_end() {
 fn a_budget_spreads_work_over_frames() {
     let baked = room();
     let all = FramePlan::full(&baked).matrix_bytes(&baked);
-    let changes = LodChanges { threshold: 0.002, matrix_bytes: Some(all / 5), ..LodChanges::default() };
+    let changes = LodChanges { threshold: 0.002, matrix_share: Some(0.2), ..LodChanges::default() };
     let mut runtime = runtime(&baked, LodSettings { changes, ..LodSettings::default() });
     runtime.set_lighting(lamp(5.0)).unwrap();
     let mut bytes = Vec::new();

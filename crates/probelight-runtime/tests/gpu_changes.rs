@@ -94,7 +94,7 @@ const WALK: [[f32; 2]; 16] = [
 
 #[test]
 fn the_same_clusters_wait_on_both() {
-    let changes = LodChanges { threshold: 0.02, longest_wait: 5, matrix_bytes: None };
+    let changes = LodChanges { threshold: 0.02, longest_wait: 5, matrix_share: None };
     for parts in [room(), random_room(SMALL_PAPER)] {
         let all = parts.clusters.len();
         let Some(mut twins) = Twins::new(parts, changes) else { return };
@@ -114,8 +114,7 @@ fn the_same_clusters_wait_on_both() {
 #[test]
 fn a_budget_chooses_the_same_clusters() {
     let parts = room();
-    let all = parts.receiver_basis.len() + parts.signal_basis.len();
-    let changes = LodChanges { threshold: 0.02, longest_wait: 9, matrix_bytes: Some(all as u64) };
+    let changes = LodChanges { threshold: 0.02, longest_wait: 9, matrix_share: Some(0.25) };
     let Some(mut twins) = Twins::new(parts, changes) else { return };
     let mut most_pending = 0;
     for [emission, floor] in WALK {

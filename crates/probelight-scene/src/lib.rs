@@ -14,6 +14,7 @@
 #[cfg(feature = "gltf")]
 mod animated_model;
 mod camera;
+mod camera_path;
 mod content_hash;
 mod error;
 #[cfg(feature = "gltf")]
@@ -31,6 +32,7 @@ mod unusable;
 #[cfg(feature = "gltf")]
 pub use animated_model::AnimatedModel;
 pub use camera::Camera;
+pub use camera_path::CameraPath;
 pub use error::{SceneError, Warning};
 #[cfg(feature = "gltf")]
 pub use gltf_import::{load_animated_gltf, load_gltf, parse_animated_gltf, parse_gltf};

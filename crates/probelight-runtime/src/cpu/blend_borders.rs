@@ -5,9 +5,8 @@ use std::ops::Range;
 use probelight_asset::packed::STEEPEST_SLOPE;
 use probelight_asset::{BorderBlend, Cluster};
 use probelight_math::glam::Vec3;
-use rayon::prelude::*;
 
-use super::scatter::Scatter;
+use super::clusters_in_parallel::for_each_cluster;
 use crate::ClusterExtent;
 use crate::frame::{BORDER_SLOT, BorderRecord, ReceiverPlace, border_records};
 
@@ -18,8 +17,18 @@ pub(super) struct BlendBorders {
     records: Vec<BorderRecord>,
     /// Of each of these receivers, as gathered.
     unblended: Vec<Vec3>,
-    blended: Vec<Vec3>,
-    copies: Scatter,
+    blended: Vec<Blended>,
+    /// Of each cluster the first of these receivers, and how many there are of all.
+    first_slots: Vec<u32>,
+    /// Of each cluster the first of all receivers.
+    first_receivers: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Blended {
+    light: Vec3,
+    /// Whether the present frame blended it.
+    is_fresh: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -43,20 +52,27 @@ impl BlendBorders {
             }
         };
         let receivers: Vec<_> = border_records(clusters, blends).into_iter().map(receiver).collect();
-        let places = receivers.iter().map(|border| border.receiver).zip(0..);
+        let first_slot = |cluster: usize| {
+            receivers.partition_point(|border| (border.place.cluster as usize) < cluster) as u32
+        };
         Self {
-            copies: Scatter::new(places, |slot| receivers[slot as usize].place.cluster),
+            first_slots: (0..=clusters.len()).map(first_slot).collect(),
+            first_receivers: clusters.iter().map(|cluster| cluster.first_receiver).collect(),
             unblended: vec![Vec3::ZERO; receivers.len()],
-            blended: vec![Vec3::ZERO; receivers.len()],
+            blended: vec![Blended::default(); receivers.len()],
             receivers,
             records,
         }
     }
 
+    /// The receivers beside borders, in ascending order.
+    pub(super) fn receivers(&self) -> impl Iterator<Item = u32> {
+        self.receivers.iter().map(|border| border.receiver)
+    }
+
     /// Forgets all light.
     pub(super) fn clear(&mut self) {
         self.unblended.fill(Vec3::ZERO);
-        self.blended.fill(Vec3::ZERO);
     }
 
     /// Blends the irradiance, W/m², of the receivers beside borders of the clusters that a frame of such extents computes;
@@ -67,10 +83,17 @@ impl BlendBorders {
         irradiance: &mut [Vec3],
         is_touched: &(impl Fn(u32) -> bool + Sync),
     ) {
-        let Self { receivers, records, unblended, blended, copies } = self;
-        unblended.par_iter_mut().zip(&*receivers).for_each(|(light, border)| {
-            if border.place.is_computed(clusters) {
-                *light = irradiance[border.receiver as usize];
+        let Self { receivers, records, unblended, blended, first_slots, first_receivers } = self;
+        let all = 0..clusters.len();
+        let slot = |cluster: usize| first_slots[cluster] as usize;
+        for_each_cluster(all.clone(), unblended, &slot, &|cluster, unblended| {
+            let its = receivers[slot(cluster)..slot(cluster + 1)].iter();
+            if clusters[cluster].receivers > 0 {
+                for (light, border) in
+                    unblended.iter_mut().zip(its).filter(|(_, it)| it.place.is_computed(clusters))
+                {
+                    *light = irradiance[border.receiver as usize];
+                }
             }
         });
         let light = |source: u32| match source & BORDER_SLOT {
@@ -78,16 +101,31 @@ impl BlendBorders {
             _ => unblended[(source ^ BORDER_SLOT) as usize],
         };
         let runs = |cluster: u32| clusters[cluster as usize].receivers > 0;
-        blended.par_iter_mut().zip(&*receivers).zip(&*unblended).for_each(|((value, border), own)| {
-            if !is_touched(border.place.cluster) {
+        for_each_cluster(all.clone(), blended, &slot, &|cluster, blended| {
+            if !is_touched(cluster as u32) {
                 return;
             }
-            let records = &records[border.records.clone()];
-            if runs(border.place.cluster) || records.iter().any(|record| runs(record.across)) {
-                *value = blend(*own, records, light);
+            let its = slot(cluster)..slot(cluster + 1);
+            for ((value, border), own) in blended.iter_mut().zip(&receivers[its.clone()]).zip(&unblended[its])
+            {
+                let records = &records[border.records.clone()];
+                value.is_fresh = runs(cluster as u32) || records.iter().any(|record| runs(record.across));
+                if value.is_fresh {
+                    value.light = blend(*own, records, light);
+                }
             }
         });
-        copies.copy(blended, irradiance, is_touched);
+        let count = irradiance.len();
+        let first = |cluster: usize| first_receivers.get(cluster).map_or(count, |first| *first as usize);
+        for_each_cluster(all, irradiance, &first, &|cluster, irradiance| {
+            if is_touched(cluster as u32) {
+                let its = slot(cluster)..slot(cluster + 1);
+                let fresh = receivers[its.clone()].iter().zip(&blended[its]).filter(|(_, it)| it.is_fresh);
+                for (border, value) in fresh {
+                    irradiance[border.place.index as usize] = value.light;
+                }
+            }
+        });
     }
 }
 
@@ -137,7 +175,6 @@ mod tests {
         // What is not computed has kept what was gathered for it before.
         let all = vec![ClusterExtent::ALL; clusters.len()];
         borders.blend_borders(&all, &mut irradiance.clone(), &|_| true);
-        borders.blended.iter_mut().for_each(|value| *value = Vec3::splat(-1.0));
         borders.blend_borders(&extents, &mut irradiance, &|_| true);
         irradiance.iter().map(|value| value.x).collect()
     }
@@ -161,14 +198,14 @@ mod tests {
                 ..ClusterExtent::ALL
             }
         };
-        // Both sides of a border, even if one alone is computed.
+        // Both sides of a border, even if one alone is computed; others keep what they have.
         assert_eq!(
             blended_where(&row, only(0)),
-            [3.0, 3.0, 3.0, 4.0, 5.0, 6.0, 6.0, -1.0, -1.0, 9.0, 9.0, 9.0]
+            [3.0, 3.0, 3.0, 4.0, 5.0, 6.0, 6.0, 6.0, 9.0, 9.0, 9.0, 9.0]
         );
         assert_eq!(
             blended_where(&row, only(2)),
-            [3.0, 3.0, 3.0, -1.0, -1.0, 6.0, 6.0, 7.0, 8.0, 9.0, 9.0, 9.0]
+            [3.0, 3.0, 3.0, 3.0, 6.0, 6.0, 6.0, 7.0, 8.0, 9.0, 9.0, 9.0]
         );
     }
 

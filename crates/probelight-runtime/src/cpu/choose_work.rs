@@ -12,10 +12,10 @@ use rayon::prelude::*;
 
 use super::ProbeRadiance;
 use crate::frame::{
-    Admission, BLOCK, ChangeTables, ChangeTerm, PROBES_SHARE, Thresholds, URGENCIES, Waiting, matrix_bytes,
-    urgency,
+    Admission, BLOCK, ChangeTables, ChangeTerm, PROBES_SHARE, ProbeTurn, Thresholds, URGENCIES, Waiting,
+    matrix_bytes, urgency,
 };
-use crate::{ClusterExtent, FramePlan, LodChanges, ProbeExtent};
+use crate::{ClusterExtent, FramePlan, LodChanges, LodSettings, ProbeExtent};
 
 /// What waits, and what is computed.
 #[derive(Debug)]
@@ -37,6 +37,8 @@ pub(crate) struct ChooseWork {
     is_dirty: Vec<bool>,
     /// Whether the next frame computes everything, whatever it may cost.
     is_forced: bool,
+    /// Number of the present frame.
+    frame: u32,
 }
 
 impl ChooseWork {
@@ -54,6 +56,7 @@ impl ChooseWork {
             is_touched: vec![true; baked.clusters.len()],
             is_dirty: vec![true; baked.surfels.len().div_ceil(BLOCK)],
             is_forced: false,
+            frame: 0,
             tables,
         }
     }
@@ -114,9 +117,11 @@ impl ChooseWork {
         &mut self,
         plan: &FramePlan,
         thresholds: &Thresholds,
-        rules: &LodChanges,
+        lod: &LodSettings,
         radiance: &ProbeRadiance,
     ) -> &FramePlan {
+        self.frame = self.frame.wrapping_add(1);
+        let turn = ProbeTurn { frame: self.frame, turns: lod.probe_turns };
         let Self { tables, changes, probes, held, work, .. } = self;
         let changed = changed(&changes[..tables.blocks]);
         let wanted = plan.probes().par_iter().zip(&thresholds.probes);
@@ -127,9 +132,11 @@ impl ChooseWork {
             waiting.frames += 1;
             waiting.light = mean_radiance(radiance, probe);
             let threshold = PROBES_SHARE * threshold;
-            let urgency = urgency(waiting, held != wanted, threshold, rules.longest_wait);
-            *work = if urgency == NONE { ProbeExtent::default() } else { *wanted };
-            if urgency != NONE {
+            let is_new = held != wanted;
+            let urgency = urgency(waiting, is_new, threshold, lod.changes.longest_wait);
+            let runs = urgency != NONE && (is_new || turn.is_of(probe as u32));
+            *work = if runs { *wanted } else { ProbeExtent::default() };
+            if runs {
                 (*held, *waiting) = (*wanted, Waiting::default());
             }
         });
@@ -153,7 +160,7 @@ impl ChooseWork {
             let of_urgency = &mut words_of[waiting.urgency as usize];
             *of_urgency = of_urgency.saturating_add(words(index));
         }
-        let most = rules.most_words(std::mem::take(&mut self.is_forced));
+        let most = rules.most_words(baked, std::mem::take(&mut self.is_forced));
         let admission = Admission::new(&words_of, most);
         let Self { clusters, held, work, .. } = self;
         let states = work.clusters_mut().iter_mut().zip(held.clusters_mut()).zip(clusters);

@@ -1,37 +1,32 @@
 //! Parallel work over clusters that each write a stretch of one array.
 
-use probelight_asset::Cluster;
-
-use crate::ClusterExtent;
+use std::ops::Range;
 
 /// Clusters a task works through by itself; a cluster takes some microseconds, a task far less.
 const CLUSTERS_PER_TASK: usize = 4;
 
-/// Runs `work` on every cluster with its extent and its own stretch of `output`. The stretches follow each other in the
-/// order of the clusters; `start` says where a cluster's begins, counted as in the whole array.
+/// Runs `work` on every cluster (by number) with its own stretch of `output`. The stretches follow each other in the order of
+/// the clusters; `start` says where a cluster's begins, counted as in the whole array, and, for the cluster behind the last,
+/// where the last one's ends.
 pub(super) fn for_each_cluster<T: Send>(
-    clusters: &[Cluster],
-    extents: &[ClusterExtent],
+    clusters: Range<usize>,
     output: &mut [T],
-    start: &(impl Fn(&Cluster) -> usize + Sync),
-    work: &(impl Fn(&Cluster, ClusterExtent, &mut [T]) + Sync),
+    start: &(impl Fn(usize) -> usize + Sync),
+    work: &(impl Fn(usize, &mut [T]) + Sync),
 ) {
     if clusters.len() <= CLUSTERS_PER_TASK {
         let mut rest = output;
-        for (i, (cluster, extent)) in clusters.iter().zip(extents).enumerate() {
-            let length = clusters.get(i + 1).map_or(rest.len(), |next| start(next) - start(cluster));
-            let (stretch, behind) = rest.split_at_mut(length);
-            work(cluster, *extent, stretch);
+        for cluster in clusters {
+            let (stretch, behind) = rest.split_at_mut(start(cluster + 1) - start(cluster));
+            work(cluster, stretch);
             rest = behind;
         }
         return;
     }
-    let middle = clusters.len() / 2;
-    let (low, high) = clusters.split_at(middle);
-    let (low_extents, high_extents) = extents.split_at(middle);
-    let (low_output, high_output) = output.split_at_mut(start(&high[0]) - start(&low[0]));
+    let middle = clusters.start + clusters.len() / 2;
+    let (low_output, high_output) = output.split_at_mut(start(middle) - start(clusters.start));
     rayon::join(
-        || for_each_cluster(low, low_extents, low_output, start, work),
-        || for_each_cluster(high, high_extents, high_output, start, work),
+        || for_each_cluster(clusters.start..middle, low_output, start, work),
+        || for_each_cluster(middle..clusters.end, high_output, start, work),
     );
 }

@@ -1,8 +1,8 @@
 //! Stage 4: irradiance at every receiver, E = U·b (\[SED\] eq. 6), blended at the borders between clusters, and its
 //! way into the lightmap.
 
+use probelight_asset::BakedScene;
 use probelight_asset::packed::Ranks;
-use probelight_asset::{BakedScene, Cluster};
 use probelight_math::glam::Vec3;
 
 use super::blend_borders::BlendBorders;
@@ -26,6 +26,8 @@ pub struct ReceiverIrradiance {
     values: Vec<Vec3>,
     borders: BlendBorders,
     copies: Scatter,
+    /// The same of receivers beside borders alone.
+    border_copies: Scatter,
     basis_end: PaddedEnd,
     fills: FillTables,
 }
@@ -34,12 +36,14 @@ impl ReceiverIrradiance {
     /// Darkness for the receivers of a baked scene.
     pub fn new(baked: &BakedScene) -> Self {
         let clusters = baked.clusters_of_receivers();
+        let borders = BlendBorders::new(&baked.clusters, &baked.border_blends());
+        let cluster_of = |receiver: u32| clusters[receiver as usize];
+        let texel_of = |receiver: u32| Some((*baked.receiver_texels.get(receiver as usize)?, receiver));
         Self {
             values: vec![Vec3::ZERO; baked.receiver_count()],
-            borders: BlendBorders::new(&baked.clusters, &baked.border_blends()),
-            copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..), |receiver| {
-                clusters[receiver as usize]
-            }),
+            copies: Scatter::new(baked.receiver_texels.iter().copied().zip(0..), cluster_of),
+            border_copies: Scatter::new(borders.receivers().filter_map(texel_of), cluster_of),
+            borders,
             basis_end: PaddedEnd::new(
                 &baked.receiver_basis,
                 baked.clusters.iter().map(|cluster| cluster.receiver_basis_offset),
@@ -68,8 +72,8 @@ impl ReceiverIrradiance {
     }
 
     /// Computes E of the plan's receivers from the clusters' coefficients `b` (one RGB row per singular value, cluster by
-    /// cluster) and writes it to the lightmap's texels, at least those of the clusters (by number) that are touched: the
-    /// plan's, and those that blend with these.
+    /// cluster) and writes it to the lightmap's texels. The clusters (by number) that are touched are the plan's, and those
+    /// that blend with these.
     pub fn gather_receivers(
         &mut self,
         baked: &BakedScene,
@@ -82,25 +86,24 @@ impl ReceiverIrradiance {
             return;
         }
         let (end, fills) = (&self.basis_end, &self.fills);
-        let start = |cluster: &Cluster| cluster.first_receiver as usize;
-        for_each_cluster(
-            &baked.clusters,
-            plan.clusters(),
-            &mut self.values,
-            &start,
-            &|cluster, extent, receivers| {
-                let b = &coefficients[cluster.row_scale_offset as usize..][..extent.rank as usize];
-                let basis = end.words_from(&baked.receiver_basis, cluster.receiver_basis_offset);
-                let (stride, count) = (receivers.len(), extent.receivers as usize);
-                let ranks = leading(cluster.receiver_ranks, extent.rank);
-                gather_cluster(basis, stride, ranks, b, &mut receivers[..count]);
-                if extent.fill > 0 && extent.fill as usize <= fills.levels() {
-                    fill(fills.of(cluster, extent.fill), receivers, count);
-                }
-            },
-        );
+        let all = self.values.len();
+        let start = |cluster: usize| baked.clusters.get(cluster).map_or(all, |c| c.first_receiver as usize);
+        for_each_cluster(0..baked.clusters.len(), &mut self.values, &start, &|cluster, receivers| {
+            let (cluster, extent) = (&baked.clusters[cluster], plan.clusters()[cluster]);
+            let b = &coefficients[cluster.row_scale_offset as usize..][..extent.rank as usize];
+            let basis = end.words_from(&baked.receiver_basis, cluster.receiver_basis_offset);
+            let (stride, count) = (receivers.len(), extent.receivers as usize);
+            let ranks = leading(cluster.receiver_ranks, extent.rank);
+            gather_cluster(basis, stride, ranks, b, &mut receivers[..count]);
+            if extent.fill > 0 && extent.fill as usize <= fills.levels() {
+                fill(fills.of(cluster, extent.fill), receivers, count);
+            }
+        });
         self.borders.blend_borders(plan.clusters(), &mut self.values, &is_touched);
-        self.copies.copy(&self.values, &mut lightmap.texels, is_touched);
+        let runs = |cluster: u32| plan.clusters()[cluster as usize].receivers > 0;
+        self.copies.copy(&self.values, &mut lightmap.texels, runs);
+        let borders_only = |cluster| is_touched(cluster) && !runs(cluster);
+        self.border_copies.copy(&self.values, &mut lightmap.texels, borders_only);
     }
 }
 

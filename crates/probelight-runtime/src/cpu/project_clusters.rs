@@ -55,25 +55,22 @@ impl ClusterCoefficients {
         signals: &[Vec3],
         probes: &ProbeRadiance,
     ) {
-        let start = |cluster: &Cluster| cluster.row_scale_offset as usize;
         let (columns, factors, end) = (&self.columns, &self.column_factors, &self.basis_end);
-        for_each_cluster(
-            &baked.clusters,
-            plan.clusters(),
-            &mut self.values,
-            &start,
-            &|cluster, extent, b| {
-                if extent.rank == 0 {
-                    return;
-                }
-                let mut columns = columns.lock();
-                columns.load_signals(baked, cluster, extent, signals);
-                columns.load_probes(baked, cluster, extent, probes);
-                let columns = columns.scale(ways, cluster, extent, factors);
-                let words = end.words_from(&baked.signal_basis, cluster.signal_basis_offset);
-                project_cluster(baked, cluster, extent, words, columns, &mut b[..extent.rank as usize]);
-            },
-        );
+        let rows = self.values.len();
+        let start =
+            |cluster: usize| baked.clusters.get(cluster).map_or(rows, |c| c.row_scale_offset as usize);
+        for_each_cluster(0..baked.clusters.len(), &mut self.values, &start, &|cluster, b| {
+            let (cluster, extent) = (&baked.clusters[cluster], plan.clusters()[cluster]);
+            if extent.rank == 0 {
+                return;
+            }
+            let mut columns = columns.lock();
+            columns.load_signals(baked, cluster, extent, signals);
+            columns.load_probes(baked, cluster, extent, probes);
+            let columns = columns.scale(ways, cluster, extent, factors);
+            let words = end.words_from(&baked.signal_basis, cluster.signal_basis_offset);
+            project_cluster(baked, cluster, extent, words, columns, &mut b[..extent.rank as usize]);
+        });
     }
 }
 

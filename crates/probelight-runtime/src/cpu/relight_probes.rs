@@ -22,12 +22,12 @@ use rayon::prelude::*;
 
 use super::per_thread::PerThread;
 use super::{LANES, Lanes};
-use crate::frame::RelightTable;
+use crate::frame::{PROBES_A_TURN, RelightTable};
 use crate::{FramePlan, ProbeExtent, Ways};
 
 /// Probes multiplied together: their 24 sums of one panel, one value of the panel and one of radiance fill the
 /// 32 registers of AVX-512.
-const PROBES: usize = 8;
+const PROBES: usize = PROBES_A_TURN as usize;
 
 /// Spherical-harmonics coefficients of the radiance around each probe, W·m⁻²·sr⁻¹.
 #[derive(Debug)]

@@ -1,23 +1,34 @@
 //! Moves values from one array to chosen places of another.
 
+use std::ops::Range;
+
 use probelight_math::glam::Vec3;
 use rayon::prelude::*;
 
-/// Places that a task fills.
+/// Places that a task fills: few enough to stay in the first-level cache, in whatever order they are filled.
 const PLACES_PER_TASK: usize = 2048;
 
-/// Which place takes which value; sorted by place, so that tasks own separate parts of the target.
+/// Which place takes which value, by parts of the target that tasks own.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scatter {
+    /// Task by task, cluster by cluster.
     moves: Vec<Move>,
-    /// The clusters whose values each task moves.
-    clusters: Vec<Vec<u32>>,
+    /// Those of each task.
+    tasks: Vec<Vec<Run>>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug)]
 struct Move {
-    place: u32,
+    /// Place in the task's part of the target.
+    place: u16,
     value: u32,
+}
+
+/// Moves of one cluster's values.
+#[derive(Clone, Debug)]
+struct Run {
+    cluster: u32,
+    moves: Range<usize>,
 }
 
 impl Scatter {
@@ -26,31 +37,53 @@ impl Scatter {
         pairs: impl Iterator<Item = (u32, u32)>,
         cluster_of_value: impl Fn(u32) -> u32,
     ) -> Self {
-        let mut moves: Vec<Move> = pairs.map(|(place, value)| Move { place, value }).collect();
-        moves.sort_unstable();
-        let tasks = moves.last().map_or(0, |last| last.place as usize / PLACES_PER_TASK + 1);
-        let mut clusters = vec![Vec::new(); tasks];
-        for each in &moves {
-            let of_task = &mut clusters[each.place as usize / PLACES_PER_TASK];
-            let cluster = cluster_of_value(each.value);
-            if !of_task.contains(&cluster) {
-                of_task.push(cluster);
-            }
+        let task_of = |place: u32| place as usize / PLACES_PER_TASK;
+        let mut sorted: Vec<(usize, u32, u32, u32)> =
+            pairs.map(|(place, value)| (task_of(place), cluster_of_value(value), value, place)).collect();
+        sorted.sort_unstable();
+        let mut tasks = vec![Vec::new(); sorted.last().map_or(0, |last| last.0 + 1)];
+        let mut first = 0;
+        for run in sorted.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let (task, cluster, ..) = run[0];
+            tasks[task].push(Run { cluster, moves: first..first + run.len() });
+            first += run.len();
         }
-        Self { moves, clusters }
+        let in_task = |place: u32| (place as usize % PLACES_PER_TASK) as u16;
+        let moves =
+            sorted.into_iter().map(|(.., value, place)| Move { place: in_task(place), value }).collect();
+        Self { moves, tasks }
     }
 
-    /// Copies `values` to their places; other places stay as they are, and may do so where no cluster is touched.
+    /// Copies the values of the touched clusters to their places; other places stay as they are.
     pub(super) fn copy(&self, values: &[Vec3], target: &mut [Vec3], is_touched: impl Fn(u32) -> bool + Sync) {
-        let tasks = target.par_chunks_mut(PLACES_PER_TASK).zip(&self.clusters).enumerate();
-        tasks.filter(|(_, (_, clusters))| clusters.iter().any(|cluster| is_touched(*cluster))).for_each(
-            |(task, (target, _))| {
-                let first = task * PLACES_PER_TASK;
-                let before = |end: usize| self.moves.partition_point(|each| (each.place as usize) < end);
-                for each in &self.moves[before(first)..before(first + target.len())] {
-                    target[each.place as usize - first] = values[each.value as usize];
+        target.par_chunks_mut(PLACES_PER_TASK).zip(&self.tasks).for_each(|(target, runs)| {
+            for run in runs.iter().filter(|run| is_touched(run.cluster)) {
+                for each in &self.moves[run.moves.clone()] {
+                    target[usize::from(each.place)] = values[each.value as usize];
                 }
-            },
-        );
+            }
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_values_of_touched_clusters_come_to_their_places() {
+        // Values 0 to 9,999 go to places in reverse; a thousand to a cluster.
+        let count = 10_000;
+        let scatter = Scatter::new((0..count).map(|value| (count - 1 - value, value)), |value| value / 1000);
+        let values: Vec<Vec3> = (0..count).map(|value| Vec3::splat(1.0 + value as f32)).collect();
+        let mut target = vec![Vec3::ZERO; count as usize];
+        scatter.copy(&values, &mut target, |cluster| cluster == 3 || cluster == 9);
+        for (place, found) in target.iter().enumerate() {
+            let value = count as usize - 1 - place;
+            let expected = if [3, 9].contains(&(value / 1000)) { values[value] } else { Vec3::ZERO };
+            assert_eq!(*found, expected, "place {place}");
+        }
+        scatter.copy(&values, &mut target, |_| true);
+        assert!(target.iter().rev().eq(&values));
     }
 }

@@ -1,5 +1,6 @@
 //! Levels of detail ([SED] section 5): how much of what is stored a frame computes.
 
+use probelight_asset::BakedScene;
 use serde::{Deserialize, Serialize};
 
 use super::plan::FADE_STEPS;
@@ -25,6 +26,9 @@ pub struct LodSettings {
     /// Frames in which the rays of a light have their turns when it or an object moves; with 1, all have theirs at once. GPUs
     /// look into shadow maps instead, all at once.
     pub shadow_turns: u32,
+    /// Frames in which probes have their turns to be relit, an even share of them in each; with 1, all have theirs at once.
+    /// Counts where something may wait.
+    pub probe_turns: u32,
     /// Which changes of light are computed, and when.
     pub changes: LodChanges,
 }
@@ -38,14 +42,13 @@ pub struct LodChanges {
     pub threshold: f32,
     /// Frames after which even a smaller change is computed.
     pub longest_wait: u32,
-    /// About how many bytes of transport matrices a frame may read; the largest changes go first. Without it, as many as
-    /// there are.
-    pub matrix_bytes: Option<u64>,
+    /// About which share of all transport matrices a frame may read, 0 to 1; the largest changes go first. Without it, all.
+    pub matrix_share: Option<f32>,
 }
 
 impl Default for LodChanges {
     fn default() -> Self {
-        Self { threshold: 0.0, longest_wait: 64, matrix_bytes: None }
+        Self { threshold: 0.0, longest_wait: 64, matrix_share: None }
     }
 }
 
@@ -81,16 +84,19 @@ impl Default for LodSettings {
             support_shift: 1.0,
             fade: 0.25,
             shadow_turns: 1,
+            probe_turns: 1,
             changes: LodChanges::default(),
         }
     }
 }
 
 impl LodChanges {
-    /// Most words of matrices that a frame may read, or any number if it is forced to.
-    pub(crate) fn most_words(&self, is_forced: bool) -> u32 {
-        let bytes = self.matrix_bytes.filter(|_| !is_forced);
-        bytes.map_or(u32::MAX, |bytes| u32::try_from(bytes / 4).unwrap_or(u32::MAX))
+    /// Most words of a scene's matrices that a frame may read, or any number if it is forced to.
+    pub(crate) fn most_words(&self, baked: &BakedScene, is_forced: bool) -> u32 {
+        let all = baked.receiver_basis.len() + baked.signal_basis.len();
+        let share = self.matrix_share.filter(|_| !is_forced);
+        // Numbers that are too large become the largest.
+        share.map_or(u32::MAX, |share| (f64::from(share) * all as f64) as u32)
     }
 }
 
@@ -129,8 +135,11 @@ impl LodSettings {
         if !(self.support_shift.is_finite() && self.support_shift >= 0.0) {
             return refuse("the shift by support radii must be finite and not negative");
         }
-        if self.shadow_turns == 0 {
-            return refuse("rays of lights have their turns in at least one frame");
+        if self.shadow_turns == 0 || self.probe_turns == 0 {
+            return refuse("rays of lights, and probes, have their turns in at least one frame");
+        }
+        if self.changes.matrix_share.is_some_and(|share| !(0.0..=1.0).contains(&share)) {
+            return refuse("a frame reads a share of the matrices, 0 to 1");
         }
         if !(0.0..=1.0).contains(&self.fade) {
             return refuse("fading takes a share of a level's distance, 0 to 1");
@@ -149,7 +158,7 @@ impl LodSettings {
 
     /// Whether what did not change may rest; else everything is computed in each frame.
     pub(crate) fn lets_wait(&self) -> bool {
-        self.changes.threshold > 0.0 || self.changes.matrix_bytes.is_some()
+        self.changes.threshold > 0.0 || self.changes.matrix_share.is_some()
     }
 
     /// The coarsest level of the lightmap that any level has.

@@ -60,12 +60,12 @@ pub(crate) use relight_table::RelightTable;
 pub(crate) use relight_table::first_weight;
 pub use similarity_search::SimilaritySearch;
 pub use stage::{PerStage, Stage, StageTimings};
-#[cfg(any(feature = "cpu", test))]
-pub(crate) use waiting::PROBES_SHARE;
 #[cfg(feature = "cpu")]
-pub(crate) use waiting::{Admission, urgency};
+pub(crate) use waiting::{Admission, ProbeTurn, urgency};
 #[cfg(test)]
 pub(crate) use waiting::{NEXT_TO_NOTHING, URGENCY_STEP_BITS};
+#[cfg(any(feature = "cpu", test))]
+pub(crate) use waiting::{PROBES_A_TURN, PROBES_SHARE};
 pub(crate) use waiting::{URGENCIES, Waiting};
 pub use workload::Workload;
 pub use zones::LodZones;

@@ -179,6 +179,16 @@ impl FramePlan {
         receivers(&self.clusters)
     }
 
+    /// Number of probes that are relit.
+    pub fn relit_probes(&self) -> usize {
+        self.probes.iter().filter(|probe| probe.rays > 0).count()
+    }
+
+    /// Number of coefficients that they get.
+    pub fn coefficients(&self) -> usize {
+        self.probes.iter().map(|probe| probe.coefficients()).sum()
+    }
+
     /// Bytes of the transport matrices that are read: U and ΣVᵀ.
     pub fn matrix_bytes(&self, baked: &BakedScene) -> u64 {
         matrix_bytes_of_all(baked, &self.clusters)

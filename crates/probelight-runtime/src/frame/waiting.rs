@@ -23,6 +23,28 @@ pub(crate) const NEXT_TO_NOTHING: f32 = 1.0 / 64.0;
 #[cfg(any(feature = "cpu", test))]
 pub(crate) const PROBES_SHARE: f32 = 0.25;
 
+/// Neighbouring probes that have their turn together: as many as the CPU multiplies at once.
+#[cfg(any(feature = "cpu", test))]
+pub(crate) const PROBES_A_TURN: u32 = 8;
+
+/// Which probes may be relit in a frame, where they have turns.
+#[cfg(any(feature = "cpu", test))]
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ProbeTurn {
+    /// Number of the frame.
+    pub(crate) frame: u32,
+    /// Frames until all had theirs, at least one.
+    pub(crate) turns: u32,
+}
+
+#[cfg(any(feature = "cpu", test))]
+impl ProbeTurn {
+    /// Whether it is the turn of a probe.
+    pub(crate) fn is_of(self, probe: u32) -> bool {
+        (probe / PROBES_A_TURN + self.frame) % self.turns == 0
+    }
+}
+
 /// What waits of a cluster or a probe.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -133,6 +155,16 @@ mod tests {
         assert_eq!(found, [false, false, true, true]);
         let refused = Waiting { urgency: 63, ..after(0.0) };
         assert!(refused.is_pending(0.01) && !Waiting { frames: 0, ..refused }.is_pending(0.01));
+    }
+
+    #[test]
+    fn each_probe_has_one_turn_in_so_many_frames() {
+        let turns_of =
+            |probe| (3..11).filter(|frame| ProbeTurn { frame: *frame, turns: 8 }.is_of(probe)).count();
+        assert!((0..100).all(|probe| turns_of(probe) == 1));
+        let at_once = (0..64).filter(|probe| ProbeTurn { frame: 5, turns: 8 }.is_of(*probe)).count();
+        assert_eq!(at_once, 8, "an even share");
+        assert!((0..100).all(|probe| ProbeTurn { frame: probe * 7, turns: 1 }.is_of(probe)));
     }
 
     #[test]

@@ -17,7 +17,7 @@ use super::stage_shaders::{
 };
 use super::storage::Storage;
 use crate::frame::{ChangeTables, Lists, Thresholds, URGENCIES, Waiting, matrix_bytes};
-use crate::{ClusterExtent, FramePlan, LodChanges};
+use crate::{ClusterExtent, FramePlan, LodSettings};
 
 /// Invocations of a workgroup.
 pub(super) const WORKGROUP: usize = 64;
@@ -42,6 +42,9 @@ pub(super) struct WorkRules {
     pub(super) bands: u32,
     /// Coefficients of a probe.
     pub(super) coefficients: u32,
+    /// Number of the frame, and how many frames probes have for their turns.
+    pub(super) frame: u32,
+    pub(super) probe_turns: u32,
 }
 
 /// What is wanted of a cluster.
@@ -202,17 +205,17 @@ impl ChooseWork {
         baked: &BakedScene,
         plan: &FramePlan,
         thresholds: &Thresholds,
-        changes: &LodChanges,
+        lod: &LodSettings,
     ) {
         let rules = WorkRules {
-            longest_wait: changes.longest_wait,
-            most_words: changes.most_words(self.is_forced),
+            longest_wait: lod.changes.longest_wait,
+            most_words: lod.changes.most_words(baked, self.is_forced),
+            frame: self.rules.frame.wrapping_add(1),
+            probe_turns: lod.probe_turns,
             ..self.rules
         };
-        if rules != self.rules {
-            self.rules = rules;
-            queue.write_buffer(&self.buffers.rules, 0, bytemuck::bytes_of(&rules));
-        }
+        self.rules = rules;
+        queue.write_buffer(&self.buffers.rules, 0, bytemuck::bytes_of(&rules));
         let cluster_wishes = cluster_wishes(baked, plan, thresholds);
         if cluster_wishes != self.uploaded_clusters {
             queue.write_buffer(&self.buffers.cluster_wishes, 0, bytemuck::cast_slice(&cluster_wishes));
@@ -307,6 +310,8 @@ fn rules(baked: &BakedScene, tables: &ChangeTables) -> WorkRules {
         blocks: tables.blocks as u32,
         bands: tables.bands as u32,
         coefficients: baked.coefficients() as u32,
+        frame: 0,
+        probe_turns: 1,
     }
 }
 

@@ -54,7 +54,7 @@ impl GpuRuntime {
     fn upload_plan(&mut self) {
         let Self { queue, baked, plans, .. } = self;
         match &mut self.work {
-            Some(work) => work.upload(queue, baked, plans.plan(), plans.thresholds(), &plans.lod().changes),
+            Some(work) => work.upload(queue, baked, plans.plan(), plans.thresholds(), plans.lod()),
             None => self.buffers.extents.upload(queue, plans.plan()),
         }
     }

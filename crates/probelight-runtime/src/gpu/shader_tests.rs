@@ -30,8 +30,8 @@ use super::surfel_groups::{GroupRecord, Levels};
 use super::surfel_shards::{Bounce, SampleColors};
 use crate::emissive_discs::{EDGE_ANGLE, EDGE_SHARE, HIDDEN_SHARE, MOST_DISCS, SMALLEST_DISC};
 use crate::frame::{
-    BLOCK, BORDER_SLOT, BorderRecord, ChangeTerm, FillRecord, NEXT_TO_NOTHING, PROBES_SHARE, URGENCIES,
-    URGENCY_STEP_BITS, Waiting,
+    BLOCK, BORDER_SLOT, BorderRecord, ChangeTerm, FillRecord, NEXT_TO_NOTHING, PROBES_A_TURN, PROBES_SHARE,
+    URGENCIES, URGENCY_STEP_BITS, Waiting,
 };
 use crate::grid_light::LAMP_PASSES;
 use crate::object_spheres::{EVEN_REACH, FADE_FROM, OPACITY};
@@ -151,6 +151,7 @@ fn records() -> Vec<(&'static str, Layout)> {
         record!(FrameFlags as "FrameFlags" { is_quiet, any_dirty, any_touched }),
         record!(WorkRules as "WorkRules" {
             longest_wait, most_words, surfels, first_emitter, scalar_signals, blocks, bands, coefficients,
+            frame, probe_turns,
         }),
         record!(ClusterWish as "ClusterWish" { wanted, words, threshold }),
         record!(ProbeWish as "ProbeWish" { wanted, threshold }),
@@ -207,6 +208,7 @@ fn host_constants() -> Vec<(&'static str, Vec<f64>)> {
         ("URGENCY_STEP_BITS", f64::from(URGENCY_STEP_BITS)),
         ("NEXT_TO_NOTHING", f64::from(NEXT_TO_NOTHING)),
         ("PROBES_SHARE", f64::from(PROBES_SHARE)),
+        ("PROBES_A_TURN", f64::from(PROBES_A_TURN)),
         ("Y00", f64::from(Y00)),
         ("MOST_BANDS", f64::from(MAX_SH_DEGREE + 1)),
         ("BLOCK", f64::from(GATHER_BLOCK)),

@@ -42,7 +42,8 @@ fn choose_probes(@builtin(global_invocation_id) id: vec3u) {
     waiting.light = max(max(max(signals[at], signals[at + 1u]), signals[at + 2u]) * Y00, 0.0);
     let held = state.held;
     let is_new = held.rays != wish.wanted.rays || held.coefficients != wish.wanted.coefficients;
-    if urgency(waiting, is_new, PROBES_SHARE * wish.threshold, rules.longest_wait) != NONE {
+    let has_changed = urgency(waiting, is_new, PROBES_SHARE * wish.threshold, rules.longest_wait) != NONE;
+    if has_changed && (is_new || is_turn_of(probe, rules)) {
         probes[probe] = wish.wanted;
         states[probe] = ProbeState(wish.wanted, Waiting());
     } else {

@@ -6,6 +6,8 @@ const URGENCIES: u32 = 64u;
 const URGENCY_STEP_BITS: u32 = 2u;
 /// Share of the largest change that may wait below which nothing is computed however long it waits.
 const NEXT_TO_NOTHING: f32 = 0.015625;
+/// Neighbouring probes that have their turn together.
+const PROBES_A_TURN: u32 = 8u;
 /// What probes may leave waiting, as a share of what clusters may.
 const PROBES_SHARE: f32 = 0.25;
 
@@ -43,6 +45,14 @@ struct WorkRules {
     bands: u32,
     /// Coefficients of a probe.
     coefficients: u32,
+    /// Number of the frame, and how many frames probes have for their turns.
+    frame: u32,
+    probe_turns: u32,
+}
+
+/// Whether it is a probe's turn to be relit.
+fn is_turn_of(probe: u32, rules: WorkRules) -> bool {
+    return (probe / PROBES_A_TURN + rules.frame) % rules.probe_turns == 0u;
 }
 
 fn urgency(waiting: Waiting, is_new: bool, threshold: f32, longest_wait: u32) -> u32 {

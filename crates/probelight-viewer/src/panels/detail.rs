@@ -231,10 +231,11 @@ fn general(ui: &mut Ui, lod: &mut LodSettings) {
             Slider::new(&mut lod.changes.threshold, 0.0..=0.1),
         );
         slider("at most", "frames", Slider::new(&mut lod.changes.longest_wait, 1..=256));
+        slider("probes in turns", "frames in which all are relit", Slider::new(&mut lod.probe_turns, 1..=32));
     });
-    let mut megabytes = lod.changes.matrix_bytes.map(|bytes| bytes as f32 / 1e6);
-    Grid::new("bytes").num_columns(2).show(ui, |ui| {
-        optional(ui, "MB a frame", &mut megabytes, 4.0, "all", |drag| drag.speed(0.05).range(0.05..=1e3));
+    Grid::new("share").num_columns(2).show(ui, |ui| {
+        let share = &mut lod.changes.matrix_share;
+        optional(ui, "share a frame", share, 0.25, "all", |drag| drag.speed(1e-3).range(0.01..=1.0))
+            .on_hover_text("of the transport matrices that a frame may read; the largest changes go first");
     });
-    lod.changes.matrix_bytes = megabytes.map(|megabytes| (f64::from(megabytes) * 1e6) as u64);
 }
