@@ -1,6 +1,6 @@
 //! Rays of direct light in turns, so that a frame traces but a share of them.
 
-/// Which rays have their turn in a frame: every n-th.
+/// Which rays, and which blocks of surfels, have their turn in a frame: every n-th.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShadowTurn {
     /// Number of the turn, below `turns`.
@@ -12,6 +12,23 @@ pub struct ShadowTurn {
 impl ShadowTurn {
     /// All at once.
     pub const ALL: Self = Self { turn: 0, turns: 1 };
+
+    /// Whether it is the turn of the one with this number.
+    pub(crate) fn has(self, number: usize) -> bool {
+        number % self.turns == self.turn
+    }
+
+    /// Turns until all is as if nothing had taken turns: those of all rays, then those of all blocks of surfels in which each
+    /// finds how much of it is hidden, then those in which each takes that of all others into account. Each begins with the
+    /// last turn of the one before.
+    pub(crate) fn until_settled(self) -> usize {
+        3 * (self.turns - 1) + 1
+    }
+
+    /// Whether rays are still to be traced when so many turns are left.
+    pub(crate) fn are_rays_due(self, left: usize) -> bool {
+        left > 2 * (self.turns - 1)
+    }
 
     /// Numbers of those whose turn it is.
     pub(crate) fn of(self, count: usize) -> impl Iterator<Item = usize> {
@@ -49,11 +66,12 @@ impl ShadowTurns {
     /// What is to be done in a frame in which lights or objects may have moved.
     pub(crate) fn next(&mut self, turns: u32, lights_moved: bool, objects_moved: bool) -> ShadowWork {
         let turns = if std::mem::replace(&mut self.has_begun, true) { turns } else { 1 };
+        let until_settled = ShadowTurn { turn: 0, turns: turns as usize }.until_settled() as u32;
         if lights_moved {
-            self.lights = turns;
+            self.lights = until_settled;
         }
         if objects_moved {
-            self.objects = turns;
+            self.objects = until_settled;
         }
         let work = ShadowWork { turn: ShadowTurn::ALL, lights: self.lights > 0, objects: self.objects > 0 };
         if turns == 1 {
@@ -82,11 +100,13 @@ mod tests {
         assert_eq!(turns.next(4, true, false), ALL_LIGHTS, "the first frame knows nothing yet");
         assert!(!has_work(turns.next(4, false, false)));
         let mut seen = vec![turns.next(4, true, false)];
-        seen.extend((0..6).map(|_| turns.next(4, false, false)));
-        let mut traced: Vec<usize> =
-            seen.iter().filter(|work| work.lights).map(|work| work.turn.turn).collect();
-        traced.sort_unstable();
-        assert_eq!(traced, [0, 1, 2, 3]);
+        seen.extend((0..12).map(|_| turns.next(4, false, false)));
+        let turns: Vec<usize> = seen.iter().filter(|work| work.lights).map(|work| work.turn.turn).collect();
+        for part in [&turns[..4], &turns[3..7], &turns[6..]] {
+            let mut sorted = part.to_vec();
+            sorted.sort_unstable();
+            assert_eq!(sorted, [0, 1, 2, 3], "first all rays, then twice all surfels: {turns:?}");
+        }
         assert!(seen.iter().all(|work| !work.objects && work.turn.turns == 4));
     }
 

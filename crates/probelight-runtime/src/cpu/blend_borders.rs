@@ -6,7 +6,7 @@ use probelight_asset::packed::STEEPEST_SLOPE;
 use probelight_asset::{BorderBlend, Cluster};
 use probelight_math::glam::Vec3;
 
-use super::clusters_in_parallel::for_each_cluster;
+use super::stretches::{CLUSTERS_PER_TASK, for_each_stretch};
 use crate::ClusterExtent;
 use crate::frame::{BORDER_SLOT, BorderRecord, ReceiverPlace, border_records};
 
@@ -86,7 +86,7 @@ impl BlendBorders {
         let Self { receivers, records, unblended, blended, first_slots, first_receivers } = self;
         let all = 0..clusters.len();
         let slot = |cluster: usize| first_slots[cluster] as usize;
-        for_each_cluster(all.clone(), unblended, &slot, &|cluster, unblended| {
+        for_each_stretch(all.clone(), CLUSTERS_PER_TASK, unblended, &slot, &|cluster, unblended| {
             let its = receivers[slot(cluster)..slot(cluster + 1)].iter();
             if clusters[cluster].receivers > 0 {
                 for (light, border) in
@@ -101,7 +101,7 @@ impl BlendBorders {
             _ => unblended[(source ^ BORDER_SLOT) as usize],
         };
         let runs = |cluster: u32| clusters[cluster as usize].receivers > 0;
-        for_each_cluster(all.clone(), blended, &slot, &|cluster, blended| {
+        for_each_stretch(all.clone(), CLUSTERS_PER_TASK, blended, &slot, &|cluster, blended| {
             if !is_touched(cluster as u32) {
                 return;
             }
@@ -117,7 +117,7 @@ impl BlendBorders {
         });
         let count = irradiance.len();
         let first = |cluster: usize| first_receivers.get(cluster).map_or(count, |first| *first as usize);
-        for_each_cluster(all, irradiance, &first, &|cluster, irradiance| {
+        for_each_stretch(all, CLUSTERS_PER_TASK, irradiance, &first, &|cluster, irradiance| {
             if is_touched(cluster as u32) {
                 let its = slot(cluster)..slot(cluster + 1);
                 let fresh = receivers[its.clone()].iter().zip(&blended[its]).filter(|(_, it)| it.is_fresh);

@@ -11,6 +11,7 @@ use probelight_trace::World;
 use rayon::prelude::*;
 
 use super::lit_surfels::LitSurfels;
+use super::patch_tree::PatchTree;
 use super::share_flux::PatchFlux;
 use crate::shadow_turns::ShadowWork;
 use crate::surfels_of_texels::surfels_of_texels;
@@ -42,6 +43,8 @@ pub(super) struct LitSurface {
     /// Position (metres) and unit normal of each light sample.
     pub(super) places: Vec<(Vec3, Vec3)>,
     pub(super) middles: Vec<SurfelMiddle>,
+    /// Surfels and what is made of them.
+    pub(super) tree: PatchTree,
 }
 
 /// A surfel as it looks from afar.
@@ -79,6 +82,7 @@ impl DirectLight {
             surfel_of_texel: if have_areas { surfels_of_texels(baked) } else { Vec::new() },
             places: baked.light_samples.iter().map(|sample| baked.place_of(sample)).collect(),
             middles: Vec::new(),
+            tree: PatchTree::new(baked.surfels.len(), &baked.surfel_groups),
         };
         let middle = |surfel: &Surfel| SurfelMiddle::new(surface.places_of(surfel), surfel.area);
         surface.middles = baked.surfels.iter().map(middle).collect();
@@ -99,10 +103,10 @@ impl DirectLight {
     pub(super) fn light(&mut self, baked: &BakedScene, world: World<'_>, lights: &[Light], work: ShadowWork) {
         // What lights leave behind serves the next ones.
         self.lights.iter_mut().skip(lights.len()).for_each(LitSurfels::forget);
-        self.lights.resize_with(self.lights.len().max(lights.len()), || LitSurfels::new(baked));
-        let patches = baked.surfels.len() + baked.surfel_groups.len();
+        self.lights
+            .resize_with(self.lights.len().max(lights.len()), || LitSurfels::new(baked, &self.surface.tree));
         let at_once = self.flux.len().max(lights.len().min(LIGHTS_AT_ONCE));
-        self.flux.resize_with(at_once, || PatchFlux::new(patches));
+        self.flux.resize_with(at_once, || PatchFlux::new(&self.surface.tree, baked.surfels.len()));
         let (surface, flux) = (&self.surface, &mut self.flux);
         for (lit, lights) in self.lights.chunks_mut(LIGHTS_AT_ONCE).zip(lights.chunks(LIGHTS_AT_ONCE)) {
             lit.par_iter_mut().zip(lights).zip(&mut *flux).for_each(|((lit, light), flux)| {

@@ -6,9 +6,9 @@ use probelight_asset::packed::Ranks;
 use probelight_math::glam::Vec3;
 
 use super::blend_borders::BlendBorders;
-use super::clusters_in_parallel::for_each_cluster;
 use super::padded_end::PaddedEnd;
 use super::scatter::Scatter;
+use super::stretches::{CLUSTERS_PER_TASK, for_each_stretch};
 use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes};
 use crate::frame::{FillRecord, FillTables, leading};
@@ -88,17 +88,23 @@ impl ReceiverIrradiance {
         let (end, fills) = (&self.basis_end, &self.fills);
         let all = self.values.len();
         let start = |cluster: usize| baked.clusters.get(cluster).map_or(all, |c| c.first_receiver as usize);
-        for_each_cluster(0..baked.clusters.len(), &mut self.values, &start, &|cluster, receivers| {
-            let (cluster, extent) = (&baked.clusters[cluster], plan.clusters()[cluster]);
-            let b = &coefficients[cluster.row_scale_offset as usize..][..extent.rank as usize];
-            let basis = end.words_from(&baked.receiver_basis, cluster.receiver_basis_offset);
-            let (stride, count) = (receivers.len(), extent.receivers as usize);
-            let ranks = leading(cluster.receiver_ranks, extent.rank);
-            gather_cluster(basis, stride, ranks, b, &mut receivers[..count]);
-            if extent.fill > 0 && extent.fill as usize <= fills.levels() {
-                fill(fills.of(cluster, extent.fill), receivers, count);
-            }
-        });
+        for_each_stretch(
+            0..baked.clusters.len(),
+            CLUSTERS_PER_TASK,
+            &mut self.values,
+            &start,
+            &|cluster, receivers| {
+                let (cluster, extent) = (&baked.clusters[cluster], plan.clusters()[cluster]);
+                let b = &coefficients[cluster.row_scale_offset as usize..][..extent.rank as usize];
+                let basis = end.words_from(&baked.receiver_basis, cluster.receiver_basis_offset);
+                let (stride, count) = (receivers.len(), extent.receivers as usize);
+                let ranks = leading(cluster.receiver_ranks, extent.rank);
+                gather_cluster(basis, stride, ranks, b, &mut receivers[..count]);
+                if extent.fill > 0 && extent.fill as usize <= fills.levels() {
+                    fill(fills.of(cluster, extent.fill), receivers, count);
+                }
+            },
+        );
         self.borders.blend_borders(plan.clusters(), &mut self.values, &is_touched);
         let runs = |cluster: u32| plan.clusters()[cluster as usize].receivers > 0;
         self.copies.copy(&self.values, &mut lightmap.texels, runs);

@@ -14,7 +14,8 @@ use rayon::prelude::*;
 
 use super::direct_light::{LitSurface, PER_TASK, SurfelMiddle};
 use super::light_rays::LightRays;
-use super::share_flux::PatchFlux;
+use super::patch_tree::PatchTree;
+use super::share_flux::{PatchFlux, Questions};
 use crate::shadow_turns::{ShadowTurn, ShadowWork};
 
 /// Rays of a light for each surfel of the scene: what they cost is a share of what a frame does, which grows with the
@@ -45,9 +46,11 @@ pub(super) struct LitSurfels {
     light: Option<Light>,
     /// Its intensity, W/sr, or irradiance, W/m².
     intensity: Vec3,
-    /// Turns until all rays know where the light is now.
+    /// Turns until all rays know where the light is now, and all surfels what these rays tell.
     turns_left: usize,
     hits: Vec<LightHit>,
+    /// Of each root of the patches' tree, the share of what it expects that is not hidden.
+    seen: Vec<f32>,
     /// Irradiance of each surfel at an intensity of 1.
     irradiance: Vec<f32>,
 }
@@ -68,12 +71,13 @@ impl LightHit {
 
 impl LitSurfels {
     /// Darkness, until there is a light.
-    pub(super) fn new(baked: &BakedScene) -> Self {
+    pub(super) fn new(baked: &BakedScene, tree: &PatchTree) -> Self {
         Self {
             light: None,
             intensity: Vec3::ZERO,
             turns_left: 0,
             hits: Vec::new(),
+            seen: vec![1.0; tree.roots().len()],
             irradiance: vec![0.0; baked.surfels.len()],
         }
     }
@@ -86,7 +90,7 @@ impl LitSurfels {
             let rays = ray_count(&light, self.irradiance.len());
             self.hits.resize(rays, LightHit::NOTHING);
             self.light = Some(light);
-            self.turns_left = turn.turns;
+            self.turns_left = turn.until_settled();
         }
     }
 
@@ -104,30 +108,37 @@ impl LitSurfels {
         work: ShadowWork,
         flux: &mut PatchFlux,
     ) {
-        let moved = self.turns_left > 0;
+        let left = self.turns_left;
+        let moved = left > 0;
         let Some(light) = self.light.clone().filter(|_| moved || work.objects) else { return };
-        self.turns_left = if work.turn.turns == 1 { 0 } else { self.turns_left.saturating_sub(1) };
+        self.turns_left = if work.turn.turns == 1 { 0 } else { left.saturating_sub(1) };
         if surface.surfel_of_texel.is_empty() {
             self.light_points(&light, surface, world, baked, work.turn);
             return;
         }
         let rays = LightRays::new(&light, &surface.bounds, world.tracer.offset(), self.hits.len());
-        if moved {
+        if moved && work.turn.are_rays_due(left) {
             self.trace(&rays, baked, surface, world, work.turn);
         }
         self.meet_objects(&rays, world, work.turn);
-        self.count(&light, &mut flux.counted);
-        expect(&light, baked, surface, &mut flux.expected);
-        let largest = if matches!(light, Light::Directional { .. }) { 0.0 } else { LARGEST_DOUBT };
-        flux.share(&baked.surfel_groups, largest, |surfel| {
-            let surfel = &baked.surfels[surfel as usize];
-            let places = surface.places_of(surfel);
-            let (position, normal) = places[places.len() / 2];
-            direct_irradiance(&world, std::slice::from_ref(&light), position, normal) != Vec3::ZERO
-        });
-        let (per_ray, shared) = (rays.flux_per_ray(), &flux.shared);
+        let tree = &surface.tree;
+        flux.count(tree, self.arrived(&light));
+        expect(&light, baked, surface, flux.expected_mut());
+        let questions = Questions {
+            largest: if matches!(light, Light::Directional { .. }) { 0.0 } else { LARGEST_DOUBT },
+            sees: |surfel: u32| {
+                let places = surface.places_of(&baked.surfels[surfel as usize]);
+                let (position, normal) = places[places.len() / 2];
+                direct_irradiance(&world, std::slice::from_ref(&light), position, normal) != Vec3::ZERO
+            },
+        };
+        flux.share(tree, work.turn, &mut self.seen, &questions);
+        let per_ray = rays.flux_per_ray();
         for_each_in_turn(&mut self.irradiance, ShadowTurn::ALL, |index, value| {
-            let (area, arrived) = (baked.surfels[index].area, per_ray * shared[index]);
+            if !work.turn.has(tree.place_of(index).1) {
+                return;
+            }
+            let (area, arrived) = (baked.surfels[index].area, per_ray * flux.shared(tree, index));
             *value = 0.0;
             if area > 0.0 && arrived > 0.0 {
                 *value = (arrived / area).min(most(&light, &surface.middles[index]));
@@ -169,16 +180,14 @@ impl LitSurfels {
         });
     }
 
-    /// Counts the rays that arrive at each surfel, each weighed by what its range leaves of it.
-    fn count(&self, light: &Light, counted: &mut [f32]) {
+    /// The surfel that each ray arrives at, and what the light's range leaves of it.
+    fn arrived(&self, light: &Light) -> impl Iterator<Item = (u32, f32)> {
         let range = match light {
             Light::Point { range, .. } | Light::Spot { range, .. } => *range,
             Light::Directional { .. } => None,
         };
-        counted[..self.irradiance.len()].fill(0.0);
-        for hit in self.hits.iter().filter(|hit| hit.surfel != NONE && !hit.is_hidden) {
-            counted[hit.surfel as usize] += range_window(hit.distance * hit.distance, range);
-        }
+        let arriving = self.hits.iter().filter(|hit| hit.surfel != NONE && !hit.is_hidden);
+        arriving.map(move |hit| (hit.surfel, range_window(hit.distance * hit.distance, range)))
     }
 
     /// The same where surfels are points: by shadow rays.
@@ -235,15 +244,13 @@ fn expect(light: &Light, baked: &BakedScene, surface: &LitSurface, expected: &mu
         arriving.map_or(0.0, |it| it.irradiance.x * it.to_light.dot(*normal).max(0.0))
     };
     let middles = surface.middles.par_chunks(PER_TASK).zip(baked.surfels.par_chunks(PER_TASK));
-    expected[..baked.surfels.len()].par_chunks_mut(PER_TASK).zip(middles).for_each(
-        |(expected, (middles, surfels))| {
-            for ((expected, middle), surfel) in expected.iter_mut().zip(middles).zip(surfels) {
-                let is_far = position.distance_squared(middle.place.0) > (FAR * middle.radius).powi(2);
-                let irradiance = if is_far { at(&middle.place) } else { mean(surface.places_of(surfel), at) };
-                *expected = surfel.area * irradiance;
-            }
-        },
-    );
+    expected.par_chunks_mut(PER_TASK).zip(middles).for_each(|(expected, (middles, surfels))| {
+        for ((expected, middle), surfel) in expected.iter_mut().zip(middles).zip(surfels) {
+            let is_far = position.distance_squared(middle.place.0) > (FAR * middle.radius).powi(2);
+            let irradiance = if is_far { at(&middle.place) } else { mean(surface.places_of(surfel), at) };
+            *expected = surfel.area * irradiance;
+        }
+    });
 }
 
 /// Changes the values whose turn it is.

@@ -5,7 +5,6 @@
 
 mod blend_borders;
 mod choose_work;
-mod clusters_in_parallel;
 pub mod dilate_lightmap;
 mod direct_light;
 pub mod gather_receivers;
@@ -13,11 +12,13 @@ mod light_rays;
 pub mod light_surfels;
 mod lit_surfels;
 mod padded_end;
+mod patch_tree;
 mod per_thread;
 pub mod project_clusters;
 pub mod relight_probes;
 mod scatter;
 mod share_flux;
+mod stretches;
 mod unpack;
 
 pub(crate) use choose_work::ChooseWork;

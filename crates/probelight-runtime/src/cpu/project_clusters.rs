@@ -4,9 +4,9 @@ use probelight_asset::packed::column_factor;
 use probelight_asset::{BakedScene, Cluster};
 use probelight_math::glam::Vec3;
 
-use super::clusters_in_parallel::for_each_cluster;
 use super::padded_end::PaddedEnd;
 use super::per_thread::PerThread;
+use super::stretches::{CLUSTERS_PER_TASK, for_each_stretch};
 use super::unpack::{Encoding, F16, Snorm4, Snorm8};
 use super::{LANES, Lanes, ProbeRadiance, load};
 use crate::frame::leading;
@@ -59,18 +59,24 @@ impl ClusterCoefficients {
         let rows = self.values.len();
         let start =
             |cluster: usize| baked.clusters.get(cluster).map_or(rows, |c| c.row_scale_offset as usize);
-        for_each_cluster(0..baked.clusters.len(), &mut self.values, &start, &|cluster, b| {
-            let (cluster, extent) = (&baked.clusters[cluster], plan.clusters()[cluster]);
-            if extent.rank == 0 {
-                return;
-            }
-            let mut columns = columns.lock();
-            columns.load_signals(baked, cluster, extent, signals);
-            columns.load_probes(baked, cluster, extent, probes);
-            let columns = columns.scale(ways, cluster, extent, factors);
-            let words = end.words_from(&baked.signal_basis, cluster.signal_basis_offset);
-            project_cluster(baked, cluster, extent, words, columns, &mut b[..extent.rank as usize]);
-        });
+        for_each_stretch(
+            0..baked.clusters.len(),
+            CLUSTERS_PER_TASK,
+            &mut self.values,
+            &start,
+            &|cluster, b| {
+                let (cluster, extent) = (&baked.clusters[cluster], plan.clusters()[cluster]);
+                if extent.rank == 0 {
+                    return;
+                }
+                let mut columns = columns.lock();
+                columns.load_signals(baked, cluster, extent, signals);
+                columns.load_probes(baked, cluster, extent, probes);
+                let columns = columns.scale(ways, cluster, extent, factors);
+                let words = end.words_from(&baked.signal_basis, cluster.signal_basis_offset);
+                project_cluster(baked, cluster, extent, words, columns, &mut b[..extent.rank as usize]);
+            },
+        );
     }
 }
 

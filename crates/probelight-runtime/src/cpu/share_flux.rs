@@ -4,138 +4,260 @@
 //! surfel; so patches divide their rays by what each part would get if nothing were in the way, unless what was counted
 //! tells otherwise (a shadow, a surfel that the light is very near to). That is Haar shrinkage on the tree of patches:
 //! whatever is kept of a difference, no flux gets lost.
+//!
+//! What lies below large groups is divided in blocks, side by side, or in the turns of some frames.
 
-use probelight_asset::SurfelGroup;
-use rayon::prelude::*;
+use std::ops::Range;
+
+use probelight_asset::NONE;
+
+use super::patch_tree::{Branch, PatchTree};
+use crate::shadow_turns::ShadowTurn;
 
 /// Variance of a count of well-stratified rays, as a multiple of the standard deviation that chance would have: only along
 /// a patch's outline does it matter where the rays lie. And one ray may always fall on either side.
 const VARIANCE_PER_DEVIATION: f32 = 0.5;
 const LEAST_VARIANCE: f32 = 1.0;
 
-/// Rays at patches: surfels, then groups.
+/// Rays at patches, by their places in a [`PatchTree`].
 #[derive(Clone, Debug, Default)]
 pub(super) struct PatchFlux {
     /// Rays that arrived, each weighed by what is left of its light.
-    pub(super) counted: Vec<f32>,
+    counted: Vec<f32>,
     /// What would arrive if nothing were in the way, up to a common factor.
-    pub(super) expected: Vec<f32>,
+    expected: Vec<f32>,
     /// What each patch gets of the rays.
-    pub(super) shared: Vec<f32>,
-    /// Patches that get a share though no ray met them.
-    doubtful: Vec<Doubt>,
-    /// Of each patch, what is said of the patch that it is part of.
+    shared: Vec<f32>,
     verdicts: Vec<Verdict>,
+    /// What each surfel expects before it is asked, by its number.
+    of_surfels: Vec<f32>,
 }
 
-/// A patch of which it is asked whether it sees the light.
-#[derive(Clone, Copy, Debug)]
-struct Doubt {
-    patch: u32,
-    /// The surfel that answers: that which expects most.
-    surfel: u32,
-    is_hidden: bool,
+/// Some of them.
+struct Patches<'a> {
+    counted: &'a mut [f32],
+    expected: &'a mut [f32],
+    shared: &'a mut [f32],
+    verdicts: &'a mut [Verdict],
 }
 
+impl<'a> Patches<'a> {
+    fn split_at(self, middle: usize) -> (Self, Self) {
+        let (counted, counted_behind) = self.counted.split_at_mut(middle);
+        let (expected, expected_behind) = self.expected.split_at_mut(middle);
+        let (shared, shared_behind) = self.shared.split_at_mut(middle);
+        let (verdicts, verdicts_behind) = self.verdicts.split_at_mut(middle);
+        let behind = Self {
+            counted: counted_behind,
+            expected: expected_behind,
+            shared: shared_behind,
+            verdicts: verdicts_behind,
+        };
+        (Self { counted, expected, shared, verdicts }, behind)
+    }
+}
+
+/// Whether a patch sees the light that gets a share of it though no ray met it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Verdict {
     #[default]
     None,
-    /// It belongs to a patch that is asked.
-    Asked,
-    /// It belongs to a patch that does not see the light.
+    /// It was asked, or what it is part of: it does.
+    Sees,
     Hidden,
+}
+
+/// What is asked of patches that no ray met.
+pub(super) struct Questions<S> {
+    /// Groups that get up to so many rays are asked as a whole.
+    pub(super) largest: f32,
+    /// Whether a surfel sees the light.
+    pub(super) sees: S,
 }
 
 impl PatchFlux {
     /// Without any rays.
-    pub(super) fn new(patches: usize) -> Self {
-        let zeros = || vec![0.0; patches];
-        Self {
-            counted: zeros(),
-            expected: zeros(),
-            shared: zeros(),
-            doubtful: Vec::with_capacity(patches),
-            verdicts: vec![Verdict::None; patches],
+    pub(super) fn new(tree: &PatchTree, surfels: usize) -> Self {
+        let zeros = |count: usize| vec![0.0; count];
+        let [counted, expected, shared] = [(); 3].map(|()| zeros(tree.len()));
+        let verdicts = vec![Verdict::None; tree.len()];
+        Self { counted, expected, shared, verdicts, of_surfels: zeros(surfels) }
+    }
+
+    /// Takes in rays: the surfel that each met, and what is left of its light.
+    pub(super) fn count(&mut self, tree: &PatchTree, rays: impl Iterator<Item = (u32, f32)>) {
+        self.counted.fill(0.0);
+        for (surfel, left) in rays {
+            self.counted[tree.place_of(surfel as usize).0] += left;
         }
     }
 
-    /// Finds what each surfel gets from what surfels counted and expect. Of patches that no ray met `sees` says whether
-    /// one of their surfels sees the light: else what lies in the shadow of a wall would get light from beside it.
+    /// What each surfel expects, by number, to be set before light is shared.
+    pub(super) fn expected_mut(&mut self) -> &mut [f32] {
+        &mut self.of_surfels
+    }
+
+    /// Rays that a surfel gets.
+    pub(super) fn shared(&self, tree: &PatchTree, surfel: usize) -> f32 {
+        self.shared[tree.place_of(surfel).0]
+    }
+
+    fn all(&mut self) -> Patches<'_> {
+        let Self { counted, expected, shared, verdicts, .. } = self;
+        Patches { counted, expected, shared, verdicts }
+    }
+
+    /// Finds what the surfels get whose blocks have their turn, from what surfels counted and what each expects. Patches that
+    /// no ray met are asked whether they see the light: else what lies in the shadow of a wall would get light from beside it.
     ///
-    /// Groups that get up to `largest` rays are asked as a whole.
-    pub(super) fn share(&mut self, groups: &[SurfelGroup], largest: f32, sees: impl Fn(u32) -> bool + Sync) {
-        let surfels = self.counted.len() - groups.len();
-        for (number, group) in (surfels..).zip(groups) {
-            let [a, b] = group.children.map(|child| child as usize);
-            self.counted[number] = self.counted[a] + self.counted[b];
+    /// `seen` keeps, for each root, the share of what it expects that is not hidden, as it was found in its turn.
+    pub(super) fn share(
+        &mut self,
+        tree: &PatchTree,
+        turn: ShadowTurn,
+        seen: &mut [f32],
+        questions: &Questions<impl Fn(u32) -> bool + Sync>,
+    ) {
+        self.begin(tree);
+        divide_top(tree, &mut self.all());
+        question(tree.top(), &mut self.all(), questions, |place| tree.parts_at(place), tree.surfels());
+        let has_turn = |root: usize| turn.has(tree.block_at(root));
+        for (root, seen) in tree.roots().iter().zip(&mut *seen).filter(|(root, _)| has_turn(**root)) {
+            *seen = self.expected[*root];
         }
-        self.divide(groups);
-        self.find_doubtful(groups, largest);
-        self.doubtful.par_iter_mut().with_min_len(64).for_each(|doubt| doubt.is_hidden = !sees(doubt.surfel));
-        for doubt in self.doubtful.iter().filter(|doubt| doubt.is_hidden) {
-            self.verdicts[doubt.patch as usize] = Verdict::Hidden;
-        }
-        for (number, group) in (surfels..self.counted.len()).zip(groups).rev() {
-            if self.verdicts[number] == Verdict::Hidden {
-                group.children.iter().for_each(|child| self.verdicts[*child as usize] = Verdict::Hidden);
+        for_each_block(tree, 0..tree.blocks(), self.all(), &|block, patches| {
+            if turn.has(block) {
+                let branch = tree.block(block);
+                divide(branch, patches);
+                question(branch, patches, questions, |place| branch.parts_at(place), branch.surfels);
+                hide(branch, patches);
             }
-        }
-        for (expected, verdict) in self.expected.iter_mut().zip(&self.verdicts[..surfels]) {
-            if *verdict == Verdict::Hidden {
-                *expected = 0.0;
-            }
-        }
-        self.divide(groups);
-    }
-
-    /// Divides what was counted, from large patches to small ones.
-    fn divide(&mut self, groups: &[SurfelGroup]) {
-        let Self { counted, expected, shared, .. } = self;
-        let surfels = counted.len() - groups.len();
-        for (number, group) in (surfels..).zip(groups) {
-            let [a, b] = group.children.map(|child| child as usize);
-            expected[number] = expected[a] + expected[b];
-        }
-        // Patches that are part of no other keep what they counted.
-        shared.copy_from_slice(counted);
-        for (number, group) in (surfels..counted.len()).zip(groups).rev() {
-            let [a, b] = group.children.map(|child| child as usize);
-            let flux = shared[number];
-            let first = if flux > 0.0 {
-                flux * first_share([counted[a], counted[b]], [expected[a], expected[b]])
+        });
+        for (root, seen) in tree.roots().iter().zip(seen) {
+            let expected = &mut self.expected[*root];
+            if has_turn(*root) {
+                *seen = if *seen > 0.0 { *expected / *seen } else { 1.0 };
             } else {
-                0.0
-            };
-            shared[a] = first;
-            shared[b] = flux - first;
-        }
-    }
-
-    /// Finds the largest patches that get no more than `largest`, or are surfels, though no ray met them.
-    fn find_doubtful(&mut self, groups: &[SurfelGroup], largest: f32) {
-        let Self { counted, expected, shared, doubtful, verdicts } = self;
-        let surfels = counted.len() - groups.len();
-        doubtful.clear();
-        verdicts.fill(Verdict::None);
-        for (number, group) in (surfels..counted.len()).zip(groups).rev() {
-            for child in group.children.map(|child| child as usize) {
-                if verdicts[number] == Verdict::Asked {
-                    verdicts[child] = Verdict::Asked;
-                } else if counted[child] == 0.0
-                    && shared[child] > 0.0
-                    && (shared[child] <= largest || child < surfels)
-                {
-                    verdicts[child] = Verdict::Asked;
-                    let mut surfel = child;
-                    while surfel >= surfels {
-                        let [a, b] = groups[surfel - surfels].children.map(|child| child as usize);
-                        surfel = if expected[a] >= expected[b] { a } else { b };
-                    }
-                    doubtful.push(Doubt { patch: child as u32, surfel: surfel as u32, is_hidden: false });
-                }
+                *expected *= *seen;
             }
         }
+        divide_top(tree, &mut self.all());
+        for_each_block(tree, 0..tree.blocks(), self.all(), &|block, patches| {
+            if turn.has(block) {
+                divide(tree.block(block), patches);
+            }
+        });
+    }
+
+    /// Sums up what the blocks' surfels counted and expect. Nobody was asked yet.
+    fn begin(&mut self, tree: &PatchTree) {
+        self.verdicts.fill(Verdict::None);
+        let of_surfels = std::mem::take(&mut self.of_surfels);
+        for_each_block(tree, 0..tree.blocks(), self.all(), &|block, patches| {
+            let branch = tree.block(block);
+            for (expected, surfel) in patches.expected.iter_mut().zip(branch.surfels) {
+                *expected = of_surfels[*surfel as usize];
+            }
+            for (group, [a, b]) in branch.groups() {
+                patches.counted[group] = patches.counted[a] + patches.counted[b];
+                patches.expected[group] = patches.expected[a] + patches.expected[b];
+            }
+        });
+        self.of_surfels = of_surfels;
+    }
+}
+
+/// Works on all patches of some blocks, side by side.
+fn for_each_block(
+    tree: &PatchTree,
+    blocks: Range<usize>,
+    mut patches: Patches<'_>,
+    work: &(impl Fn(usize, &mut Patches<'_>) + Sync),
+) {
+    match blocks.len() {
+        0 => {}
+        1 => work(blocks.start, &mut patches),
+        count => {
+            let middle = blocks.start + count / 2;
+            let (low, high) = patches.split_at(tree.start(middle) - tree.start(blocks.start));
+            rayon::join(
+                || for_each_block(tree, blocks.start..middle, low, work),
+                || for_each_block(tree, middle..blocks.end, high, work),
+            );
+        }
+    }
+}
+
+/// Divides what the top's groups counted, down to the roots of blocks. What is part of nothing keeps what it counted.
+fn divide_top(tree: &PatchTree, patches: &mut Patches<'_>) {
+    let top = tree.top();
+    for (group, [a, b]) in top.groups() {
+        patches.counted[group] = patches.counted[a] + patches.counted[b];
+        patches.expected[group] = patches.expected[a] + patches.expected[b];
+    }
+    let groups = top.first_group..patches.shared.len();
+    for place in tree.roots().iter().copied().chain(groups) {
+        patches.shared[place] = patches.counted[place];
+    }
+    divide(top, patches);
+}
+
+/// Divides what groups get among their parts, from large ones to small ones.
+fn divide(branch: Branch<'_>, patches: &mut Patches<'_>) {
+    let Patches { counted, expected, shared, .. } = patches;
+    for (group, [a, b]) in branch.groups().rev() {
+        let flux = shared[group];
+        let first = if flux > 0.0 {
+            flux * first_share([counted[a], counted[b]], [expected[a], expected[b]])
+        } else {
+            0.0
+        };
+        shared[a] = first;
+        shared[b] = flux - first;
+    }
+}
+
+/// Asks the largest patches that get no more than the questions' rays, or are surfels, though no ray met them: of each the
+/// surfel that expects most. `parts` and `surfels` are those of all that the branch's groups are made of.
+fn question(
+    branch: Branch<'_>,
+    patches: &mut Patches<'_>,
+    questions: &Questions<impl Fn(u32) -> bool>,
+    parts: impl Fn(usize) -> Option<[usize; 2]>,
+    surfels: &[u32],
+) {
+    let Patches { counted, expected, shared, verdicts } = patches;
+    let is_surfel = |place: usize| surfels.get(place).is_some_and(|surfel| *surfel != NONE);
+    for (group, its_parts) in branch.groups().rev() {
+        let said = verdicts[group];
+        for part in its_parts {
+            if said != Verdict::None {
+                verdicts[part] = said;
+            } else if counted[part] == 0.0
+                && shared[part] > 0.0
+                && (shared[part] <= questions.largest || is_surfel(part))
+            {
+                let mut brightest = part;
+                while let Some([a, b]) = parts(brightest) {
+                    brightest = if expected[a] >= expected[b] { a } else { b };
+                }
+                let sees = !is_surfel(brightest) || (questions.sees)(surfels[brightest]);
+                verdicts[part] = if sees { Verdict::Sees } else { Verdict::Hidden };
+            }
+        }
+    }
+}
+
+/// Takes what they expect from the surfels of a block that do not see the light.
+fn hide(branch: Branch<'_>, patches: &mut Patches<'_>) {
+    let Patches { expected, verdicts, .. } = patches;
+    for (expected, verdict) in expected.iter_mut().zip(&**verdicts).take(branch.surfels.len()) {
+        if *verdict == Verdict::Hidden {
+            *expected = 0.0;
+        }
+    }
+    for (group, [a, b]) in branch.groups() {
+        expected[group] = expected[a] + expected[b];
     }
 }
 
@@ -158,6 +280,7 @@ fn first_share(counted: [f32; 2], expected: [f32; 2]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use probelight_asset::SurfelGroup;
 
     /// Four surfels in three groups: (0 1) (2 3).
     const GROUPS: [SurfelGroup; 3] = [
@@ -167,11 +290,12 @@ mod tests {
     ];
 
     fn shares(counted: [f32; 4], expected: [f32; 4], sees: impl Fn(u32) -> bool + Sync) -> [f32; 4] {
-        let mut flux = PatchFlux::new(7);
-        flux.counted[..4].copy_from_slice(&counted);
-        flux.expected[..4].copy_from_slice(&expected);
-        flux.share(&GROUPS, 0.5, sees);
-        std::array::from_fn(|surfel| flux.shared[surfel])
+        let tree = PatchTree::new(4, &GROUPS);
+        let mut flux = PatchFlux::new(&tree, 4);
+        flux.count(&tree, (0..).zip(counted));
+        flux.expected_mut().copy_from_slice(&expected);
+        flux.share(&tree, ShadowTurn::ALL, &mut [1.0], &Questions { largest: 0.5, sees });
+        std::array::from_fn(|surfel| flux.shared(&tree, surfel))
     }
 
     #[test]
@@ -217,5 +341,41 @@ mod tests {
             let difference = found.iter().sum::<f32>() - counted.iter().sum::<f32>();
             assert!(difference.abs() < 1e-4, "{found:?} of {counted:?}");
         }
+    }
+
+    /// A tree of many blocks, as few rays as make every choice matter: blocks in turns end where all at once do.
+    #[test]
+    fn blocks_that_had_their_turns_have_what_all_have_at_once() {
+        let surfels = 1 << 13;
+        let group = |number: u32| SurfelGroup { children: [2 * number, 2 * number + 1], first_weight: 0.5 };
+        let groups: Vec<SurfelGroup> = (0..surfels - 1).map(group).collect();
+        let tree = PatchTree::new(surfels as usize, &groups);
+        assert!(tree.blocks() >= 8 && tree.top().groups().count() > 3);
+        let mut rng = probelight_math::sampling::Rng::new(5, 6);
+        let counted: Vec<f32> = (0..surfels).map(|_| (3.0 * rng.next_f32() - 1.5).max(0.0).floor()).collect();
+        let questions = Questions { largest: 0.5, sees: |surfel: u32| surfel % 5 != 0 };
+        let mut flux = PatchFlux::new(&tree, surfels as usize);
+        (0..).zip(flux.expected_mut()).for_each(|(surfel, value)| *value = 1.0 + (surfel % 7) as f32);
+        let mut seen = vec![1.0; tree.roots().len()];
+        let mut share = |turn, turns| {
+            flux.count(&tree, (0..).zip(counted.iter().copied()));
+            flux.share(&tree, ShadowTurn { turn, turns }, &mut seen, &questions);
+            let of = |surfel: u32| flux.shared(&tree, surfel as usize);
+            (0..surfels).map(of).collect::<Vec<f32>>()
+        };
+        let at_once = share(0, 1);
+        let mut in_turns = vec![f32::NAN; surfels as usize];
+        for turn in 0..4 {
+            let found = share(turn, 4);
+            let has_turn = |surfel: &usize| tree.place_of(*surfel).1 % 4 == turn;
+            for surfel in (0..surfels as usize).filter(has_turn) {
+                in_turns[surfel] = found[surfel];
+            }
+        }
+        for (at_once, in_turns) in at_once.iter().zip(&in_turns) {
+            assert!((at_once - in_turns).abs() < 1e-3, "{in_turns} in turns, {at_once} at once");
+        }
+        let total: f32 = counted.iter().sum();
+        assert!((at_once.iter().sum::<f32>() / total - 1.0).abs() < 1e-4);
     }
 }
