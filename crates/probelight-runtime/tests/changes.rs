@@ -176,6 +176,30 @@ fn a_budget_spreads_work_over_frames() {
     assert!(stale < 0.0021, "{stale}");
 }
 
+/// Probes that have their turns are relit later, not less: when the light stands still, nothing is left out.
+#[test]
+fn probes_take_turns() {
+    let baked = room();
+    let changes = LodChanges { threshold: 0.002, ..LodChanges::default() };
+    let mut runtime = runtime(&baked, LodSettings { changes, probe_turns: 4, ..LodSettings::default() });
+    let mut relit = |place, frames| -> Vec<usize> {
+        runtime.set_lighting(lamp(place)).unwrap();
+        let frame = |_| {
+            runtime.step(&FrameInput::default());
+            runtime.work().relit_probes()
+        };
+        (0..frames).map(frame).collect()
+    };
+    assert_eq!(relit(5.0, 1), [baked.probes.len()], "the first frame leaves nothing to others");
+    let moved = relit(6.0, 200);
+    let most = baked.probes.len().div_ceil(2);
+    assert!(moved.iter().all(|relit| *relit <= most), "an even share of them: {moved:?}");
+    assert!(moved[..4].iter().sum::<usize>() > most, "all in four frames: {moved:?}");
+    assert_eq!(moved.last(), Some(&0));
+    let stale = worst(&staleness(&runtime));
+    assert!(stale < 0.0021, "{stale}");
+}
+
 /// Where shadow rays have their turns, the light of the last frame of a walk arrives a few frames later, and then is the
 /// same.
 #[test]

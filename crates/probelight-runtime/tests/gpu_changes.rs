@@ -28,13 +28,16 @@ struct Twins {
 
 impl Twins {
     fn new(parts: BakedParts, changes: LodChanges) -> Option<Self> {
+        Self::with_lod(parts, LodSettings { changes, ..LodSettings::default() })
+    }
+
+    fn with_lod(parts: BakedParts, lod: LodSettings) -> Option<Self> {
         let gpu = gpu::gpu_or_skip()?;
         let baked = checked(parts);
         let maps = ShadowMapOptions { resolution: 64, ..ShadowMapOptions::default() };
         let options = GpuOptions { shadow_maps: maps, ..GpuOptions::default() };
         let mut on_cpu = Runtime::new(baked.clone());
         let mut on_gpu = GpuRuntime::new(&gpu.device, &gpu.queue, baked, options).unwrap();
-        let lod = LodSettings { changes, ..LodSettings::default() };
         on_cpu.set_lod(lod.clone()).unwrap();
         on_gpu.set_lod(lod).unwrap();
         Some(Self { on_cpu, on_gpu })
@@ -129,6 +132,28 @@ fn a_budget_chooses_the_same_clusters() {
         assert!(twins.difference() < TOLERANCE);
     }
     assert!(most_pending > 0, "a budget leaves clusters waiting");
+}
+
+#[test]
+fn probes_have_the_same_turns_on_both() {
+    let changes = LodChanges { threshold: 0.02, longest_wait: 9, matrix_share: None };
+    let Some(mut twins) =
+        Twins::with_lod(room(), LodSettings { changes, probe_turns: 3, ..LodSettings::default() })
+    else {
+        return;
+    };
+    let relit = |twins: &Twins| twins.on_cpu.work().relit_probes();
+    let mut counts = Vec::new();
+    for [emission, floor] in WALK {
+        twins.step(emission, floor);
+        let [on_cpu, on_gpu] = twins.worked();
+        assert_eq!(on_cpu, on_gpu);
+        assert!(twins.difference() < TOLERANCE, "{counts:?}");
+        counts.push(relit(&twins));
+    }
+    let all = twins.on_cpu.baked().probes.len();
+    assert_eq!(counts[0], all, "the first frame leaves nothing to others");
+    assert!(counts[1..].iter().any(|count| (1..all).contains(count)), "{counts:?} of {all}");
 }
 
 /// Levels of all kinds at once, seen by a camera that moves.

@@ -22,9 +22,11 @@ macro_rules! presets {
 }
 
 presets! {
-    /// The least work that still looks right: far away and behind the view, light follows by steps of some per cent.
+    /// The least work that still looks right: a sixteenth of all in a frame, the largest changes first; far away and behind the
+    /// view, light follows by steps of some per cent.
     Low = "low",
-    /// A fraction of the work; where somebody looks closely, no more than a per cent of the light waits.
+    /// At most a quarter of the work in a frame; of what moves slowly, no more than a per cent waits where somebody looks
+    /// closely.
     Medium = "medium",
     /// Less work where nobody sees it.
     High = "high",
@@ -45,21 +47,18 @@ impl LodPreset {
         match self {
             Self::Low => {
                 let levels =
-                    [(0.0, Some(16), 1.0), (4.0, Some(12), 2.0), (12.0, Some(8), 4.0), (30.0, Some(6), 8.0)];
-                let mut settings = by_distance(0.02, 8, levels);
-                // The same number everywhere: another one is another quadrature, and would be seen as a jump.
-                settings.levels.iter_mut().for_each(|level| level.rays = Some(256));
-                settings
+                    [(0.0, None, 1.0), (4.0, Some(20), 2.0), (12.0, Some(16), 4.0), (30.0, Some(12), 8.0)];
+                by_distance(0.02, 8, Some(1.0 / 16.0), levels)
             }
             Self::Medium => {
                 let levels =
                     [(0.0, None, 1.0), (10.0, Some(20), 2.0), (25.0, Some(16), 4.0), (60.0, Some(12), 8.0)];
-                by_distance(0.01, 4, levels)
+                by_distance(0.01, 4, Some(1.0 / 4.0), levels)
             }
             Self::High => {
                 let levels =
                     [(0.0, None, 1.0), (20.0, None, 2.0), (50.0, Some(20), 4.0), (100.0, Some(16), 8.0)];
-                by_distance(0.005, 2, levels)
+                by_distance(0.005, 2, None, levels)
             }
             Self::Exact => LodSettings::default(),
             Self::Published => published(),
@@ -69,8 +68,13 @@ impl LodPreset {
 
 /// Levels that begin at such distances in front, half as far beside and a quarter as far behind. Farther away larger
 /// changes may wait, by so many times the threshold, and there are fewer singular values: the two knobs that save the most for
-/// what they cost.
-fn by_distance(threshold: f32, shadow_turns: u32, levels: [(f32, Option<u32>, f32); 4]) -> LodSettings {
+/// what they cost. Rays of lights and probes have as many turns, and a frame reads a share of the matrices.
+fn by_distance(
+    threshold: f32,
+    turns: u32,
+    matrix_share: Option<f32>,
+    levels: [(f32, Option<u32>, f32); 4],
+) -> LodSettings {
     let level = |(distance, rank, patience): (f32, Option<u32>, f32)| LodLevel {
         distance,
         beside: Some(distance / 2.0),
@@ -81,8 +85,9 @@ fn by_distance(threshold: f32, shadow_turns: u32, levels: [(f32, Option<u32>, f3
     };
     LodSettings {
         levels: levels.into_iter().map(level).collect(),
-        changes: LodChanges { threshold, ..LodChanges::default() },
-        shadow_turns,
+        changes: LodChanges { threshold, matrix_share, ..LodChanges::default() },
+        shadow_turns: turns,
+        probe_turns: turns,
         ..LodSettings::default()
     }
 }
