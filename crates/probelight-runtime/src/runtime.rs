@@ -265,7 +265,10 @@ impl Runtime {
         if stale.sky && baked.settings.sky_degree.is_none() {
             work.forget_probes();
         }
-        let (is_dirty, changes) = work.begin(shine_differently);
+        // A material that changed reflects the lightmap differently, too.
+        let is_shaded = signals.is_shaded();
+        let (is_dirty, changes) =
+            work.begin(|block| stale.shading || (shine_differently && is_shaded[block]));
         signals.light_dirty_surfels(baked, &self.lightmap, is_dirty, changes);
         work.note_emitters_and_sky(baked, signals.values());
     }

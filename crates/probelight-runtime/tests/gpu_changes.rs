@@ -114,38 +114,49 @@ fn the_same_clusters_wait_on_both() {
     }
 }
 
+/// How bright emission is in a frame: more and more, then at rest.
+fn brighter(frame: u16) -> f32 {
+    1.0 + 0.5 * f32::from(frame.min(8))
+}
+
 #[test]
 fn a_budget_chooses_the_same_clusters() {
-    let parts = room();
-    let changes = LodChanges { threshold: 0.02, longest_wait: 9, matrix_share: Some(0.25) };
+    let parts = random_room(SMALL_PAPER);
+    let all = parts.clusters.len();
+    let changes = LodChanges { threshold: 0.02, longest_wait: 9, matrix_share: Some(0.1) };
     let Some(mut twins) = Twins::new(parts, changes) else { return };
-    let mut most_pending = 0;
-    for [emission, floor] in WALK {
-        twins.step(emission, floor);
+    let (mut most_pending, mut most_worked) = (0, 0);
+    for frame in 0..16 {
+        twins.step(brighter(frame), 0.5);
         let [on_cpu, on_gpu] = twins.worked();
         assert_eq!(on_cpu, on_gpu);
-        assert!(on_cpu < 20, "{on_cpu}: the budget is a quarter of all");
+        if frame == 0 {
+            assert_eq!(on_cpu, all, "the first frame leaves nothing to others");
+        } else {
+            most_worked = most_worked.max(on_cpu);
+        }
         let Workload { receivers, matrix_bytes, pending_clusters } = twins.workload();
-        assert_eq!(receivers, 100 * on_cpu as u64);
-        assert_eq!(matrix_bytes == 0, on_cpu == 0);
+        assert_eq!([receivers == 0, matrix_bytes == 0], [on_cpu == 0; 2]);
         most_pending = most_pending.max(pending_clusters);
         assert!(twins.difference() < TOLERANCE);
     }
+    assert!((1..all).contains(&most_worked), "{most_worked} of {all}: the budget is a tenth of all");
     assert!(most_pending > 0, "a budget leaves clusters waiting");
 }
 
 #[test]
 fn probes_have_the_same_turns_on_both() {
-    let changes = LodChanges { threshold: 0.02, longest_wait: 9, matrix_share: None };
-    let Some(mut twins) =
-        Twins::with_lod(room(), LodSettings { changes, probe_turns: 3, ..LodSettings::default() })
-    else {
+    let changes = LodChanges { threshold: 0.0005, longest_wait: 9, matrix_share: None };
+    let Some(mut twins) = Twins::with_lod(
+        random_room(SMALL_PAPER),
+        LodSettings { changes, probe_turns: 3, ..LodSettings::default() },
+    ) else {
         return;
     };
     let relit = |twins: &Twins| twins.on_cpu.work().relit_probes();
     let mut counts = Vec::new();
-    for [emission, floor] in WALK {
-        twins.step(emission, floor);
+    for frame in 0..20 {
+        twins.step(brighter(frame), 0.5);
         let [on_cpu, on_gpu] = twins.worked();
         assert_eq!(on_cpu, on_gpu);
         assert!(twins.difference() < TOLERANCE, "{counts:?}");

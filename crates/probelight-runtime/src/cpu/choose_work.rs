@@ -42,7 +42,7 @@ pub(crate) struct ChooseWork {
 }
 
 impl ChooseWork {
-    /// Nothing was computed yet.
+    /// Nothing was computed yet, so the first frame computes everything.
     pub(crate) fn new(baked: &BakedScene) -> Self {
         let tables = ChangeTables::new(baked);
         let nothing = FramePlan::new(baked, |_| ClusterExtent::default(), |_| ProbeExtent::default());
@@ -55,7 +55,7 @@ impl ChooseWork {
             work: nothing,
             is_touched: vec![true; baked.clusters.len()],
             is_dirty: vec![true; baked.surfels.len().div_ceil(BLOCK)],
-            is_forced: false,
+            is_forced: true,
             frame: 0,
             tables,
         }
@@ -89,13 +89,13 @@ impl ChooseWork {
         self.held.probes_mut().fill(ProbeExtent::default());
     }
 
-    /// The blocks of surfels that the present frame lights, and where the blocks' changes are noted: all blocks if surfels
-    /// shine differently, else those that reflect what the last frame computed.
-    pub(crate) fn begin(&mut self, shine_differently: bool) -> (&[bool], &mut [f32]) {
+    /// The blocks of surfels that the present frame lights, and where the blocks' changes are noted: those that shine
+    /// differently, and those that reflect what the last frame computed.
+    pub(crate) fn begin(&mut self, shines_differently: impl Fn(usize) -> bool) -> (&[bool], &mut [f32]) {
         let Self { tables, is_dirty, is_touched, changes, .. } = self;
         changes.fill(0.0);
         let has_changed = |block: usize| {
-            shine_differently
+            shines_differently(block)
                 || tables.reflected.of(block).iter().any(|cluster| is_touched[*cluster as usize])
         };
         is_dirty.iter_mut().enumerate().for_each(|(block, is_dirty)| *is_dirty = has_changed(block));

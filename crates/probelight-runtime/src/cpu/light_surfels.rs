@@ -44,6 +44,8 @@ pub struct ScalarSignals {
     feedback: Vec<Feedback>,
     /// Radiance of each surfel without feedback: emission and reflected direct light.
     unbounced: Vec<Vec3>,
+    /// Which blocks of surfels differ in it since it was evaluated before.
+    is_shaded: Vec<bool>,
     /// Whether emitters carry the emission of a material.
     has_emitter: Vec<bool>,
     sky: SkyProjection,
@@ -72,6 +74,7 @@ impl ScalarSignals {
             emitted: dark.clone(),
             reflectance: dark.clone(),
             unbounced: dark,
+            is_shaded: vec![false; baked.surfels.len().div_ceil(BLOCK)],
             feedback: baked.light_samples.iter().map(feedback).collect(),
             has_emitter: has_emitter(baked),
             sky: SkyProjection::new(baked),
@@ -134,10 +137,27 @@ impl ScalarSignals {
 
     /// Evaluates the radiance of surfels without feedback. Needed when a light, an object or a material changed.
     pub fn shade(&mut self) {
-        let surfels = self.emitted.iter().zip(&self.reflectance).zip(self.direct.irradiance());
-        for (unbounced, ((emitted, reflectance), irradiance)) in self.unbounced.iter_mut().zip(surfels) {
-            *unbounced = *emitted + *reflectance * *irradiance;
-        }
+        let Self { unbounced, is_shaded, emitted, reflectance, direct, .. } = self;
+        let surfels = emitted.par_chunks(BLOCK).zip(reflectance.par_chunks(BLOCK));
+        let surfels = surfels.zip(direct.irradiance().par_chunks(BLOCK));
+        let blocks = unbounced.par_chunks_mut(BLOCK).zip(is_shaded).zip(surfels);
+        let per_task = SURFELS_PER_TASK / BLOCK;
+        blocks.with_min_len(per_task).for_each(
+            |((unbounced, is_shaded), ((emitted, reflectance), irradiance))| {
+                *is_shaded = false;
+                let surfels = emitted.iter().zip(reflectance).zip(irradiance);
+                for (unbounced, ((emitted, reflectance), irradiance)) in unbounced.iter_mut().zip(surfels) {
+                    let radiance = *emitted + *reflectance * *irradiance;
+                    *is_shaded |= radiance != *unbounced;
+                    *unbounced = radiance;
+                }
+            },
+        );
+    }
+
+    /// Which blocks of surfels [`shade`](Self::shade) changed.
+    pub(crate) fn is_shaded(&self) -> &[bool] {
+        &self.is_shaded
     }
 
     /// Evaluates the sky's signals. Needed when the sky changed.

@@ -123,7 +123,7 @@ impl LitSurfels {
         self.meet_objects(&rays, world, work.turn);
         let tree = &surface.tree;
         flux.count(tree, self.arrived(&light));
-        expect(&light, baked, surface, flux.expected_mut());
+        expect(&light, baked, surface, flux.of_surfels_mut());
         let questions = Questions {
             largest: if matches!(light, Light::Directional { .. }) { 0.0 } else { LARGEST_DOUBT },
             sees: |surfel: u32| {

@@ -93,7 +93,7 @@ impl PatchFlux {
     }
 
     /// What each surfel expects, by number, to be set before light is shared.
-    pub(super) fn expected_mut(&mut self) -> &mut [f32] {
+    pub(super) fn of_surfels_mut(&mut self) -> &mut [f32] {
         &mut self.of_surfels
     }
 
@@ -293,7 +293,7 @@ mod tests {
         let tree = PatchTree::new(4, &GROUPS);
         let mut flux = PatchFlux::new(&tree, 4);
         flux.count(&tree, (0..).zip(counted));
-        flux.expected_mut().copy_from_slice(&expected);
+        flux.of_surfels_mut().copy_from_slice(&expected);
         flux.share(&tree, ShadowTurn::ALL, &mut [1.0], &Questions { largest: 0.5, sees });
         std::array::from_fn(|surfel| flux.shared(&tree, surfel))
     }
@@ -353,9 +353,9 @@ mod tests {
         assert!(tree.blocks() >= 8 && tree.top().groups().count() > 3);
         let mut rng = probelight_math::sampling::Rng::new(5, 6);
         let counted: Vec<f32> = (0..surfels).map(|_| (3.0 * rng.next_f32() - 1.5).max(0.0).floor()).collect();
-        let questions = Questions { largest: 0.5, sees: |surfel: u32| surfel % 5 != 0 };
+        let questions = Questions { largest: 0.5, sees: |surfel: u32| !surfel.is_multiple_of(5) };
         let mut flux = PatchFlux::new(&tree, surfels as usize);
-        (0..).zip(flux.expected_mut()).for_each(|(surfel, value)| *value = 1.0 + (surfel % 7) as f32);
+        (0..).zip(flux.of_surfels_mut()).for_each(|(surfel, value)| *value = 1.0 + (surfel % 7) as f32);
         let mut seen = vec![1.0; tree.roots().len()];
         let mut share = |turn, turns| {
             flux.count(&tree, (0..).zip(counted.iter().copied()));

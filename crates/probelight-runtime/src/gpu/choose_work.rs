@@ -141,7 +141,7 @@ impl WorkBuffers {
 }
 
 impl ChooseWork {
-    /// Nothing was computed yet.
+    /// Nothing was computed yet, so the first frame computes everything.
     pub(super) fn new(
         storage: &Storage,
         baked: &BakedScene,
@@ -194,7 +194,7 @@ impl ChooseWork {
             uploaded_probes: Vec::new(),
             rules,
             buffers: own,
-            is_forced: false,
+            is_forced: true,
         })
     }
 
