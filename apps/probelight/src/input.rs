@@ -153,11 +153,11 @@ pub(crate) fn choose_camera(
     Ok(Camera { width, height, ..camera.clone() })
 }
 
-/// The way past a setup file's cameras, with pictures of that size if one is given.
-pub(crate) fn load_camera_path(path: &Path, size: Option<(u32, u32)>) -> anyhow::Result<CameraPath> {
+/// The way past a setup file's cameras, with pictures of that size.
+pub(crate) fn load_camera_path(path: &Path, size: (u32, u32)) -> anyhow::Result<CameraPath> {
     let mut cameras = Setup::load(path)?.cameras;
-    if let (Some(first), Some((width, height))) = (cameras.first_mut(), size) {
-        (first.width, first.height) = (width, height);
+    for camera in &mut cameras {
+        (camera.width, camera.height) = size;
     }
     CameraPath::new(&cameras).with_context(|| format!("{}: there is no camera to pass", path.display()))
 }

@@ -136,11 +136,15 @@ fn a_budget_chooses_the_same_clusters() {
             most_worked = most_worked.max(on_cpu);
         }
         let Workload { receivers, matrix_bytes, pending_clusters } = twins.workload();
+        assert_eq!(receivers, twins.on_cpu.work().receivers());
         assert_eq!([receivers == 0, matrix_bytes == 0], [on_cpu == 0; 2]);
         most_pending = most_pending.max(pending_clusters);
         assert!(twins.difference() < TOLERANCE);
     }
-    assert!((1..all).contains(&most_worked), "{most_worked} of {all}: the budget is a tenth of all");
+    assert!(
+        (1..all.div_ceil(2)).contains(&most_worked),
+        "{most_worked} of {all}: the budget is a tenth of all"
+    );
     assert!(most_pending > 0, "a budget leaves clusters waiting");
 }
 

@@ -10,24 +10,25 @@ use crate::Camera;
 /// down.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraPath {
-    first: Camera,
-    rest: Vec<Camera>,
+    /// At least one.
+    cameras: Vec<Camera>,
 }
 
 impl CameraPath {
     /// The way past cameras; `None` without any. A single camera stands still.
     pub fn new(cameras: &[Camera]) -> Option<Self> {
-        let (first, rest) = cameras.split_first()?;
-        Some(Self { first: first.clone(), rest: rest.to_vec() })
+        (!cameras.is_empty()).then(|| Self { cameras: cameras.to_vec() })
     }
 
     /// The camera when a share of the way lies behind it: 0 at the first camera and before, 1 at the last and after. Its
     /// name and image are those of the first.
     pub fn at(&self, share: f32) -> Camera {
-        let way = share.clamp(0.0, 1.0) * self.rest.len() as f32;
-        let before = (way as usize).min(self.rest.len().saturating_sub(1));
+        let last = self.cameras.len() - 1;
+        let way = share.clamp(0.0, 1.0) * last as f32;
+        let before = (way as usize).min(last.saturating_sub(1));
         let t = way - before as f32;
-        let around: [&Camera; 4] = std::array::from_fn(|i| self.camera((before + i).saturating_sub(1)));
+        let around: [&Camera; 4] =
+            std::array::from_fn(|i| &self.cameras[(before + i).saturating_sub(1).min(last)]);
         let position = spline(around.map(|camera| camera.position), t);
         let ahead = spline(around.map(|camera| camera.target - camera.position), t);
         let [near, far] = [around[1], around[2]];
@@ -36,22 +37,14 @@ impl CameraPath {
             target: position + ahead,
             up: near.up.normalize_or_zero().lerp(far.up.normalize_or_zero(), t),
             vertical_fov: near.vertical_fov + t * (far.vertical_fov - near.vertical_fov),
-            ..self.first.clone()
+            ..self.cameras[0].clone()
         };
-        // Half way between two that look in opposite directions there is none: a cut instead.
-        if camera.validate().is_ok() { camera } else { self.like_first(if t < 0.5 { near } else { far }) }
-    }
-
-    fn camera(&self, number: usize) -> &Camera {
-        match number.min(self.rest.len()) {
-            0 => &self.first,
-            number => &self.rest[number - 1],
+        if camera.validate().is_ok() {
+            return camera;
         }
-    }
-
-    fn like_first(&self, camera: &Camera) -> Camera {
-        let Camera { name, width, height, .. } = self.first.clone();
-        Camera { name, width, height, ..camera.clone() }
+        // Half way between two that look in opposite directions there is none: a cut instead.
+        let Camera { position, target, up, vertical_fov, .. } = *if t < 0.5 { near } else { far };
+        Camera { position, target, up, vertical_fov, ..camera }
     }
 }
 

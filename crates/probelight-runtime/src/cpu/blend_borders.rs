@@ -86,7 +86,7 @@ impl BlendBorders {
         let Self { receivers, records, unblended, blended, first_slots, first_receivers } = self;
         let all = 0..clusters.len();
         let slot = |cluster: usize| first_slots[cluster] as usize;
-        for_each_stretch(all.clone(), CLUSTERS_PER_TASK, unblended, &slot, &|cluster, unblended| {
+        for_each_stretch(all.clone(), CLUSTERS_PER_TASK, &mut unblended[..], &slot, &|cluster, unblended| {
             let its = receivers[slot(cluster)..slot(cluster + 1)].iter();
             if clusters[cluster].receivers > 0 {
                 for (light, border) in
@@ -101,7 +101,7 @@ impl BlendBorders {
             _ => unblended[(source ^ BORDER_SLOT) as usize],
         };
         let runs = |cluster: u32| clusters[cluster as usize].receivers > 0;
-        for_each_stretch(all.clone(), CLUSTERS_PER_TASK, blended, &slot, &|cluster, blended| {
+        for_each_stretch(all.clone(), CLUSTERS_PER_TASK, &mut blended[..], &slot, &|cluster, blended| {
             if !is_touched(cluster as u32) {
                 return;
             }

@@ -91,7 +91,7 @@ impl ReceiverIrradiance {
         for_each_stretch(
             0..baked.clusters.len(),
             CLUSTERS_PER_TASK,
-            &mut self.values,
+            &mut self.values[..],
             &start,
             &|cluster, receivers| {
                 let (cluster, extent) = (&baked.clusters[cluster], plan.clusters()[cluster]);

@@ -62,7 +62,7 @@ impl ClusterCoefficients {
         for_each_stretch(
             0..baked.clusters.len(),
             CLUSTERS_PER_TASK,
-            &mut self.values,
+            &mut self.values[..],
             &start,
             &|cluster, b| {
                 let (cluster, extent) = (&baked.clusters[cluster], plan.clusters()[cluster]);

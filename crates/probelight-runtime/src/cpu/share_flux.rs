@@ -7,11 +7,10 @@
 //!
 //! What lies below large groups is divided in blocks, side by side, or in the turns of some frames.
 
-use std::ops::Range;
-
 use probelight_asset::NONE;
 
 use super::patch_tree::{Branch, PatchTree};
+use super::stretches::{Stretches, for_each_stretch};
 use crate::shadow_turns::ShadowTurn;
 
 /// Variance of a count of well-stratified rays, as a multiple of the standard deviation that chance would have: only along
@@ -41,7 +40,7 @@ struct Patches<'a> {
     verdicts: &'a mut [Verdict],
 }
 
-impl<'a> Patches<'a> {
+impl Stretches for Patches<'_> {
     fn split_at(self, middle: usize) -> (Self, Self) {
         let (counted, counted_behind) = self.counted.split_at_mut(middle);
         let (expected, expected_behind) = self.expected.split_at_mut(middle);
@@ -125,12 +124,12 @@ impl PatchFlux {
         for (root, seen) in tree.roots().iter().zip(&mut *seen).filter(|(root, _)| has_turn(**root)) {
             *seen = self.expected[*root];
         }
-        for_each_block(tree, 0..tree.blocks(), self.all(), &|block, patches| {
+        for_each_block(tree, self.all(), &|block, mut patches| {
             if turn.has(block) {
                 let branch = tree.block(block);
-                divide(branch, patches);
-                question(branch, patches, questions, |place| branch.parts_at(place), branch.surfels);
-                hide(branch, patches);
+                divide(branch, &mut patches);
+                question(branch, &mut patches, questions, |place| branch.parts_at(place), branch.surfels);
+                hide(branch, &mut patches);
             }
         });
         for (root, seen) in tree.roots().iter().zip(seen) {
@@ -142,59 +141,45 @@ impl PatchFlux {
             }
         }
         divide_top(tree, &mut self.all());
-        for_each_block(tree, 0..tree.blocks(), self.all(), &|block, patches| {
+        for_each_block(tree, self.all(), &|block, mut patches| {
             if turn.has(block) {
-                divide(tree.block(block), patches);
+                divide(tree.block(block), &mut patches);
             }
         });
     }
 
     /// Sums up what the blocks' surfels counted and expect. Nobody was asked yet.
     fn begin(&mut self, tree: &PatchTree) {
-        self.verdicts.fill(Verdict::None);
-        let of_surfels = std::mem::take(&mut self.of_surfels);
-        for_each_block(tree, 0..tree.blocks(), self.all(), &|block, patches| {
+        let Self { counted, expected, shared, verdicts, of_surfels } = self;
+        verdicts.fill(Verdict::None);
+        for_each_block(tree, Patches { counted, expected, shared, verdicts }, &|block, patches| {
             let branch = tree.block(block);
             for (expected, surfel) in patches.expected.iter_mut().zip(branch.surfels) {
                 *expected = of_surfels[*surfel as usize];
             }
-            for (group, [a, b]) in branch.groups() {
-                patches.counted[group] = patches.counted[a] + patches.counted[b];
-                patches.expected[group] = patches.expected[a] + patches.expected[b];
-            }
+            sum_up(branch, patches.counted);
+            sum_up(branch, patches.expected);
         });
-        self.of_surfels = of_surfels;
     }
 }
 
-/// Works on all patches of some blocks, side by side.
-fn for_each_block(
-    tree: &PatchTree,
-    blocks: Range<usize>,
-    mut patches: Patches<'_>,
-    work: &(impl Fn(usize, &mut Patches<'_>) + Sync),
-) {
-    match blocks.len() {
-        0 => {}
-        1 => work(blocks.start, &mut patches),
-        count => {
-            let middle = blocks.start + count / 2;
-            let (low, high) = patches.split_at(tree.start(middle) - tree.start(blocks.start));
-            rayon::join(
-                || for_each_block(tree, blocks.start..middle, low, work),
-                || for_each_block(tree, middle..blocks.end, high, work),
-            );
-        }
+/// Works on the patches of all blocks, side by side.
+fn for_each_block<'a>(tree: &PatchTree, patches: Patches<'a>, work: &(impl Fn(usize, Patches<'a>) + Sync)) {
+    for_each_stretch(0..tree.blocks(), 1, patches, &|block| tree.start(block), work);
+}
+
+/// Gives groups the sum of what their parts have.
+fn sum_up(branch: Branch<'_>, values: &mut [f32]) {
+    for (group, [a, b]) in branch.groups() {
+        values[group] = values[a] + values[b];
     }
 }
 
 /// Divides what the top's groups counted, down to the roots of blocks. What is part of nothing keeps what it counted.
 fn divide_top(tree: &PatchTree, patches: &mut Patches<'_>) {
     let top = tree.top();
-    for (group, [a, b]) in top.groups() {
-        patches.counted[group] = patches.counted[a] + patches.counted[b];
-        patches.expected[group] = patches.expected[a] + patches.expected[b];
-    }
+    sum_up(top, patches.counted);
+    sum_up(top, patches.expected);
     let groups = top.first_group..patches.shared.len();
     for place in tree.roots().iter().copied().chain(groups) {
         patches.shared[place] = patches.counted[place];
@@ -256,9 +241,7 @@ fn hide(branch: Branch<'_>, patches: &mut Patches<'_>) {
             *expected = 0.0;
         }
     }
-    for (group, [a, b]) in branch.groups() {
-        expected[group] = expected[a] + expected[b];
-    }
+    sum_up(branch, expected);
 }
 
 /// Share of the first of two patches, given what each counted and expects. A difference from what was expected is noise up

@@ -41,7 +41,7 @@ pub(crate) struct ProbeTurn {
 impl ProbeTurn {
     /// Whether it is the turn of a probe.
     pub(crate) fn is_of(self, probe: u32) -> bool {
-        (probe / PROBES_A_TURN).wrapping_add(self.frame).is_multiple_of(self.turns)
+        (probe / PROBES_A_TURN + self.frame % self.turns).is_multiple_of(self.turns)
     }
 }
 

@@ -42,8 +42,8 @@ pub(super) struct WorkRules {
     pub(super) bands: u32,
     /// Coefficients of a probe.
     pub(super) coefficients: u32,
-    /// Number of the frame, and how many frames probes have for their turns.
-    pub(super) frame: u32,
+    /// Whose turn it is of the probes, and how many frames they have for their turns.
+    pub(super) probe_turn: u32,
     pub(super) probe_turns: u32,
 }
 
@@ -97,6 +97,8 @@ pub(super) struct ChooseWork {
     choose_clusters: [Step; 3],
     note_light: Vec<Step>,
     is_forced: bool,
+    /// Number of the present frame.
+    frame: u32,
 }
 
 /// What only these kernels read and write.
@@ -195,6 +197,7 @@ impl ChooseWork {
             rules,
             buffers: own,
             is_forced: true,
+            frame: 0,
         })
     }
 
@@ -207,15 +210,18 @@ impl ChooseWork {
         thresholds: &Thresholds,
         lod: &LodSettings,
     ) {
+        self.frame = self.frame.wrapping_add(1);
         let rules = WorkRules {
             longest_wait: lod.changes.longest_wait,
             most_words: lod.changes.most_words(baked, self.is_forced),
-            frame: self.rules.frame.wrapping_add(1),
+            probe_turn: self.frame % lod.probe_turns,
             probe_turns: lod.probe_turns,
             ..self.rules
         };
-        self.rules = rules;
-        queue.write_buffer(&self.buffers.rules, 0, bytemuck::bytes_of(&rules));
+        if rules != self.rules {
+            self.rules = rules;
+            queue.write_buffer(&self.buffers.rules, 0, bytemuck::bytes_of(&rules));
+        }
         let cluster_wishes = cluster_wishes(baked, plan, thresholds);
         if cluster_wishes != self.uploaded_clusters {
             queue.write_buffer(&self.buffers.cluster_wishes, 0, bytemuck::cast_slice(&cluster_wishes));
@@ -310,7 +316,7 @@ fn rules(baked: &BakedScene, tables: &ChangeTables) -> WorkRules {
         blocks: tables.blocks as u32,
         bands: tables.bands as u32,
         coefficients: baked.coefficients() as u32,
-        frame: 0,
+        probe_turn: 0,
         probe_turns: 1,
     }
 }

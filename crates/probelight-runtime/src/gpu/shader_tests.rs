@@ -151,7 +151,7 @@ fn records() -> Vec<(&'static str, Layout)> {
         record!(FrameFlags as "FrameFlags" { is_quiet, any_dirty, any_touched }),
         record!(WorkRules as "WorkRules" {
             longest_wait, most_words, surfels, first_emitter, scalar_signals, blocks, bands, coefficients,
-            frame, probe_turns,
+            probe_turn, probe_turns,
         }),
         record!(ClusterWish as "ClusterWish" { wanted, words, threshold }),
         record!(ProbeWish as "ProbeWish" { wanted, threshold }),

@@ -45,14 +45,14 @@ struct WorkRules {
     bands: u32,
     /// Coefficients of a probe.
     coefficients: u32,
-    /// Number of the frame, and how many frames probes have for their turns.
-    frame: u32,
+    /// Whose turn it is of the probes, and how many frames they have for their turns.
+    probe_turn: u32,
     probe_turns: u32,
 }
 
 /// Whether it is a probe's turn to be relit.
 fn is_turn_of(probe: u32, rules: WorkRules) -> bool {
-    return (probe / PROBES_A_TURN + rules.frame) % rules.probe_turns == 0u;
+    return (probe / PROBES_A_TURN + rules.probe_turn) % rules.probe_turns == 0u;
 }
 
 fn urgency(waiting: Waiting, is_new: bool, threshold: f32, longest_wait: u32) -> u32 {

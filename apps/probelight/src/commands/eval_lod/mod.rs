@@ -13,7 +13,7 @@ mod motion;
 mod report;
 mod steps;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, ensure};
@@ -120,7 +120,7 @@ impl Flags {
     /// The cameras that look, each on its way.
     fn cameras(&self, setup: &Setup) -> anyhow::Result<Vec<CameraMotion>> {
         if let Some(file) = &self.camera_path {
-            let path = input::load_camera_path(file, Some(self.size))?;
+            let path = input::load_camera_path(file, self.size)?;
             let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             return Ok(vec![CameraMotion::Past { name, path }]);
         }
@@ -138,20 +138,21 @@ impl Flags {
 
     /// All setups, each with its reference if there is one.
     fn setups(&self, baked: &BakedScene) -> anyhow::Result<Vec<(Setup, Option<ReferencePoints>)>> {
-        if self.setup.is_empty() {
-            return Ok(vec![(Setup::from_scene(&baked.scene), None)]);
-        }
+        let setups: Vec<Option<&Path>> = match &self.setup[..] {
+            [] => vec![None],
+            paths => paths.iter().map(|path| Some(path.as_path())).collect(),
+        };
         ensure!(
             self.points.is_empty() || self.points.len() == self.setup.len(),
             "--points needs one table for each --setup: there are {} for {}",
             self.points.len(),
             self.setup.len()
         );
-        let read = |(i, path): (usize, &PathBuf)| -> anyhow::Result<_> {
+        let read = |(i, path): (usize, Option<&Path>)| -> anyhow::Result<_> {
             let reference = self.points.get(i).map(|points| ReferencePoints::read(points)).transpose()?;
-            Ok((Setup::load(path)?, reference))
+            Ok((input::load_setup(path, &baked.scene)?, reference))
         };
-        self.setup.iter().enumerate().map(read).collect()
+        setups.into_iter().enumerate().map(read).collect()
     }
 }
 

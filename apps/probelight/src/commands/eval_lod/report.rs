@@ -148,19 +148,17 @@ impl Report {
     }
 
     fn write_stages(&self, text: &mut String) -> Result<(), Error> {
-        let stages = || Stage::ALL.iter().map(|stage| stage.name());
-        let took =
-            |name: &str| self.rows.iter().any(|row| row.stages_ms_all.get(name).is_some_and(|ms| *ms > 0.0));
+        let took = |name: &&str| self.rows.iter().any(|row| row.stages_ms_all[name] > 0.0);
+        let stages: Vec<&str> = Stage::ALL.iter().map(|stage| stage.name()).filter(took).collect();
         write!(text, "\n{:<18}{:<11}{:<18}", "stages, ms", "", "")?;
-        for stage in stages().filter(|name| took(name)) {
+        for stage in &stages {
             write!(text, "{stage:>18}")?;
         }
         writeln!(text)?;
         for row in &self.rows {
             write!(text, "{:<18}{:<11}{:<18}", row.lod, row.camera, row.setup)?;
-            for stage in stages().filter(|name| took(name)) {
-                let ms = |times: &BTreeMap<&str, f64>| times.get(stage).copied().unwrap_or(0.0);
-                write!(text, "{:>18}", pair(ms(&row.stages_ms), ms(&row.stages_ms_all), 2))?;
+            for stage in &stages {
+                write!(text, "{:>18}", pair(row.stages_ms[stage], row.stages_ms_all[stage], 2))?;
             }
             writeln!(text)?;
         }
