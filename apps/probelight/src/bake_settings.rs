@@ -59,7 +59,7 @@ pub(crate) struct SettingFlags {
     /// probes]
     #[arg(long, value_name = "N")]
     relight_rays: Option<u32>,
-    /// Highest spherical-harmonics band of the probes, 0 to 11 [default: 7]
+    /// Highest spherical-harmonics band of the probes, 0 to 11 [default: 7; 10 with 2048 relight rays]
     #[arg(long, value_name = "L")]
     sh_degree: Option<u32>,
     /// Most probes a cluster draws on; up to twice as many where rays end unseen by them [default: 6; 10
@@ -69,9 +69,12 @@ pub(crate) struct SettingFlags {
     /// Most receivers of a cluster [default: 512; 256 with --method paper]
     #[arg(long, value_name = "R")]
     receivers_per_cluster: Option<u32>,
-    /// What a further byte per receiver must save where --error is out of reach, as a share of that error's energy: higher
-    /// prices, smaller files. Give it and the rays, so that parts of a world that are baked one by one are alike
-    /// [default: 0.65 from 400 000 receivers on, less for fewer]
+    /// Bytes that the matrices U and ΣVᵀ may take per receiver, on average; fewer where --error takes fewer
+    /// [default: by --quality from 400 000 receivers on; of fewer, more]
+    #[arg(long, value_name = "N", conflicts_with = "byte_price")]
+    bytes: Option<f32>,
+    /// What a further byte per receiver must save, as a share of the energy of --error, instead of --bytes, from which it
+    /// follows otherwise (`info` prints it). Give it and the rays, so that parts of a world that are baked one by one are alike
     #[arg(long, value_name = "X")]
     byte_price: Option<f32>,
     /// Leave the jumps where clusters meet as they are [default: they blend; not with --method paper]
@@ -123,6 +126,7 @@ impl From<SettingFlags> for BakeOptions {
             probes_per_cluster: flags.probes_per_cluster,
             receivers_per_cluster: flags.receivers_per_cluster,
             blend_borders: flags.hard_borders.then_some(false),
+            bytes_per_receiver: flags.bytes,
             byte_price: flags.byte_price,
             grid_vertices: flags.grid,
             grid_levels: flags.grid_levels,
@@ -136,14 +140,15 @@ impl From<SettingFlags> for BakeOptions {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum QualityFlag {
-    /// At most 50 000 receivers, 64 rays each, error 0.08: to look at a scene while it is being made
+    /// At most 50 000 receivers, 64 rays each, error 0.064: to look at a scene while it is being made
     Preview,
-    /// At most 400 000 receivers, 256 rays each, error 0.02, rank 32
+    /// At most 400 000 receivers, 256 rays each, error 0.016, 44 bytes each
     #[default]
     Medium,
-    /// At most 800 000 receivers, 512 rays each, error 0.015: to keep
+    /// At most 800 000 receivers, 512 rays each, error 0.012, 60 bytes each: to keep
     High,
-    /// At most 1 600 000 receivers, 1024 rays each, error 0.01, rank 64: for the last bake of all
+    /// At most 1 600 000 receivers, 1024 rays each, error 0.008, 80 bytes each: for the last bake of
+    /// all
     Production,
 }
 

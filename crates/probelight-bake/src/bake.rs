@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use crate::assemble::assemble;
+use crate::byte_budget::price_within;
 use crate::checkpoint::{Checkpoint, FinishedGroup, refuse_foreign_file};
 use crate::ground::{Groundwork, prepare};
 use crate::group_worker::GroupWorker;
@@ -33,15 +34,20 @@ pub fn bake(
     progress: &dyn Progress,
 ) -> Result<BakedScene, BakeError> {
     checkpoint.map_or(Ok(()), refuse_foreign_file)?;
-    let ground = prepare(scene, options, progress)?;
+    let mut ground = prepare(scene, options, progress)?;
     let light = SceneLight::prepare(&ground, progress)?;
     let groups = ground.groups();
+    // The one setting that only the light can tell.
+    if let Some(budget) = ground.byte_budget {
+        let worker = GroupWorker::new(&ground, &light);
+        ground.settings.byte_price = price_within(budget, &worker, &groups, progress)?;
+    }
     let finished = bake_groups(&GroupWorker::new(&ground, &light), &groups, checkpoint, progress)?;
     Ok(BakedScene::new(assemble(ground, light, &finished))?)
 }
 
 /// Counts changes of the bake after which finished groups of before must not be used.
-const REVISION: u32 = 7;
+const REVISION: u32 = 8;
 
 /// Tells bakes apart whose finished groups must not be mixed.
 fn fingerprint(ground: &Groundwork) -> u64 {

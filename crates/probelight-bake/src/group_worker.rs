@@ -41,7 +41,7 @@ const SUPPORT_MARGIN: f32 = 1.1;
 
 /// Error accepted for taking a whole patch's mean, as a share of the error accepted for the cluster: many such
 /// errors add up.
-const PATCH_ERROR_SHARE: f32 = 0.375;
+const PATCH_ERROR_SHARE: f32 = 0.47;
 
 /// Expected strength of the coefficients of band l relative to band 0: a prior, not a measurement of the scene
 /// at hand. Radiance with edges falls off about so.
@@ -65,6 +65,26 @@ impl<'a> GroupWorker<'a> {
 
     /// Gathers and compresses a group.
     pub(crate) fn bake_group(&self, group: &[u32]) -> FinishedGroup {
+        self.with_transport(group, |transport, matrix| FinishedGroup {
+            clusters: self.compressor.compress(matrix),
+            approximated_rays: transport.approximated_rays,
+            uncovered_rays: transport.uncovered_rays,
+        })
+    }
+
+    /// How many bytes U and ΣVᵀ of a group would take at each price of a byte.
+    pub(crate) fn bytes_at(&self, group: &[u32], prices: &[f32]) -> Vec<u64> {
+        self.with_transport(group, |_, matrix| {
+            let bytes = |price: &f32| {
+                let matrix = GroupMatrix { byte_price: *price, parts: matrix.parts.clone(), ..*matrix };
+                self.compressor.compress(&matrix).iter().map(|cluster| cluster.factors.bytes() as u64).sum()
+            };
+            prices.iter().map(bytes).collect()
+        })
+    }
+
+    /// Gathers a group's transport.
+    fn with_transport<R>(&self, group: &[u32], then: impl FnOnce(&Transport, &GroupMatrix<'_>) -> R) -> R {
         let reception = self.ground.reception(group[0]);
         let views: Vec<View> =
             group.iter().map(|site| View::of(self.ground, &self.light.sources.surfels, *site)).collect();
@@ -107,11 +127,7 @@ impl<'a> GroupWorker<'a> {
             probes: &probes,
             metric: &self.metric(receivers.len(), &transport, &probes),
         };
-        FinishedGroup {
-            clusters: self.compressor.compress(&matrix),
-            approximated_rays: transport.approximated_rays,
-            uncovered_rays: transport.uncovered_rays,
-        }
+        then(&transport, &matrix)
     }
 
     fn choose_patches(&self, ensemble: &LightEnsemble, views: &[View], unforeseen: f32) -> PatchChoice {

@@ -26,6 +26,7 @@
 mod air;
 mod assemble;
 mod bake;
+mod byte_budget;
 mod checkpoint;
 mod compression;
 mod error;

@@ -215,7 +215,7 @@ impl Pair {
 }
 
 /// The selected points, each with its prediction.
-fn selected_rows<'a>(
+pub(crate) fn selected_rows<'a>(
     reference: &'a ReferencePoints,
     predictions: &[Option<Vec3>],
     selection: &PointSelection,

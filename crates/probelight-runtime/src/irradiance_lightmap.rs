@@ -7,7 +7,7 @@ use probelight_math::glam::{Vec2, Vec3};
 use probelight_trace::Tracer;
 
 #[cfg(feature = "cpu")]
-use crate::find_face::find_face;
+use crate::lightmap_position::lightmap_position;
 
 /// Irradiance that the signals bring: light that bounced, the sky, and emissive surfaces, W/m².
 /// Light straight from analytic lights is not in it.
@@ -39,18 +39,31 @@ impl IrradianceLightmap {
         if self.texels.is_empty() {
             return Vec3::ZERO;
         }
-        let last = Vec2::new((self.width - 1) as f32, (self.height - 1) as f32);
+        let weighted = Self::footprint([self.width, self.height], position)
+            .map(|(texel, weight)| self.texels[texel as usize] * weight);
+        weighted.into_iter().sum::<Vec3>().max(Vec3::ZERO)
+    }
+
+    /// The four texels that [`sample`](Self::sample) reads in a lightmap of `[width, height]` texels, neither zero, and
+    /// what each counts; their sum is one.
+    #[inline]
+    pub fn footprint([width, height]: [u32; 2], position: Vec2) -> [(u32, f32); 4] {
+        let last = Vec2::new((width - 1) as f32, (height - 1) as f32);
         // `max` before `min` turns NaN into the first texel.
         let position = (position - 0.5).max(Vec2::ZERO).min(last);
         let corner = position.floor();
-        let fraction = position - corner;
-        let (x, y) = (corner.x as usize, corner.y as usize);
-        let right = usize::from(x + 1 < self.width as usize);
-        let below = if y + 1 < self.height as usize { self.width as usize } else { 0 };
-        let at = y * self.width as usize + x;
-        let top = self.texels[at].lerp(self.texels[at + right], fraction.x);
-        let bottom = self.texels[at + below].lerp(self.texels[at + below + right], fraction.x);
-        top.lerp(bottom, fraction.y).max(Vec3::ZERO)
+        let after = position - corner;
+        let before = 1.0 - after;
+        let (x, y) = (corner.x as u32, corner.y as u32);
+        let right = u32::from(x + 1 < width);
+        let below = if y + 1 < height { width } else { 0 };
+        let at = y * width + x;
+        [
+            (at, before.x * before.y),
+            (at + right, after.x * before.y),
+            (at + below, before.x * after.y),
+            (at + below + right, after.x * after.y),
+        ]
     }
 
     /// Irradiance (W/m²) of the surface at a world position, on its side towards `normal` (unit). `None` if the
@@ -64,7 +77,7 @@ impl IrradianceLightmap {
         position: Vec3,
         normal: Vec3,
     ) -> Option<Vec3> {
-        let texel = find_face(tracer, layout, position, normal)?;
+        let texel = lightmap_position(tracer, layout, position, normal)?;
         Some(texel.map_or(Vec3::ZERO, |texel| self.sample(texel)))
     }
 }

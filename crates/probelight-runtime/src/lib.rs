@@ -63,8 +63,6 @@ pub mod cpu;
 mod doors;
 mod emissive_discs;
 mod error;
-#[cfg(feature = "cpu")]
-mod find_face;
 mod frame;
 #[cfg(feature = "gpu")]
 pub mod gpu;
@@ -72,6 +70,8 @@ mod grid_light;
 mod grid_places;
 mod irradiance_grid;
 mod irradiance_lightmap;
+#[cfg(feature = "cpu")]
+mod lightmap_position;
 mod object_spheres;
 mod objects;
 #[cfg(feature = "cpu")]
@@ -99,6 +99,8 @@ pub use grid_light::{GridLight, Lamp};
 pub use grid_places::GridPlaces;
 pub use irradiance_grid::IrradianceGrid;
 pub use irradiance_lightmap::IrradianceLightmap;
+#[cfg(feature = "cpu")]
+pub use lightmap_position::lightmap_position;
 pub use object_spheres::{ObjectInfluence, ObjectSphere, SPHERES_PER_OBJECT};
 pub use objects::{ObjectId, Objects};
 #[cfg(feature = "cpu")]

@@ -76,8 +76,18 @@ pub(crate) struct Errors {
     /// On triangles below 0.05 m², if the set has points chosen by triangle.
     pub(crate) small_triangles: Option<SmallTriangles>,
     pub(crate) border_jumps: Option<BorderJumps>,
+    /// What of it are the lightmap's own errors.
+    pub(crate) floor: Option<Floor>,
     /// Relative RMSE of the light that a GPU computes.
     pub(crate) gpu_relative_rmse: Option<f64>,
+}
+
+/// Relative RMSE of an ideal lightmap of the same texels, and how far ours is from it, shares.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Floor {
+    pub(crate) floor: Option<f64>,
+    pub(crate) above_floor: Option<f64>,
+    pub(crate) above_floor_bias: Option<f64>,
 }
 
 /// Errors on small triangles, shares.

@@ -51,6 +51,9 @@ pub(crate) struct Flags {
     options: Vec<String>,
 }
 
+/// Errors are told from those of an ideal lightmap, of so many paths a texel.
+const FLOOR: &[&str] = &["--floor", "1024"];
+
 /// Frames of which the shortest counts.
 const FRAMES: &str = "100";
 
@@ -185,9 +188,8 @@ impl Measurement<'_> {
 
     fn bake(&self, job: &Job<'_>, file: &Path) -> anyhow::Result<Bake> {
         let (scene, file) = (shown(&job.scene.path), shown(file));
-        let arguments = ["bake", &scene, "-o", &file, "--grid", "0"]
-            .into_iter()
-            .chain(job.options.iter().map(String::as_str));
+        let arguments =
+            ["bake", &scene, "-o", &file].into_iter().chain(job.options.iter().map(String::as_str));
         let run = self.program.run(&arguments.collect::<Vec<_>>())?;
         let report = &run.report;
         let number = |pointer: &str| {
@@ -214,18 +216,18 @@ impl Measurement<'_> {
 
     /// The errors of a set, on the CPU and, if asked for, the GPU.
     fn errors(&self, file: &Path, set: &Set) -> anyhow::Result<Errors> {
-        let mut errors = self.eval(file, set, "cpu")?;
+        let mut errors = self.eval(file, set, "cpu", FLOOR)?;
         note(&format!("  {}: {}", set.name, percent(errors.relative_rmse)))?;
         if self.flags.gpu {
-            errors.gpu_relative_rmse = Some(self.eval(file, set, "gpu")?.relative_rmse);
+            errors.gpu_relative_rmse = Some(self.eval(file, set, "gpu", &[])?.relative_rmse);
         }
         Ok(errors)
     }
 
-    fn eval(&self, file: &Path, set: &Set, backend: &str) -> anyhow::Result<Errors> {
+    fn eval(&self, file: &Path, set: &Set, backend: &str, more: &[&str]) -> anyhow::Result<Errors> {
         let [file, setup, points] = [file, &set.setup, &set.points].map(shown);
         let arguments = ["eval", &file, "--setup", &setup, "--points", &points, "--backend", backend];
-        let run = self.program.run(&arguments)?;
+        let run = self.program.run(&[&arguments, more].concat())?;
         serde_json::from_value(run.report).with_context(|| format!("errors of {}", set.name))
     }
 

@@ -76,12 +76,22 @@ fn default_sets(figures: &Figures, are_sampled: bool) -> impl Iterator<Item = (&
 }
 
 fn errors(figures: &Figures) -> Table {
-    let mut table =
-        Table::new(["points", "relative RMSE:", "mean bias:", "median:", "95th percentile:", "wanted"]);
+    let mut table = Table::new([
+        "points",
+        "relative RMSE:",
+        "ideal lightmap's:",
+        "above it:",
+        "mean bias:",
+        "median:",
+        "95th percentile:",
+        "wanted",
+    ]);
     for (set, errors) in default_sets(figures, false) {
         table.row([
             set.into(),
             percent(errors.relative_rmse),
+            or_dash(errors.floor.and_then(|floor| floor.floor).map(percent)),
+            or_dash(errors.floor.and_then(|floor| floor.above_floor).map(percent)),
             or_dash(errors.mean_bias.map(signed_percent)),
             or_dash(errors.median_relative_error.map(percent)),
             or_dash(errors.p95_relative_error.map(percent)),
@@ -273,7 +283,7 @@ mod tests {
         let bakes = [("cornell".into(), bake(0.02)), ("cornell --rays 4096".into(), bake(0.5))];
         let figures = Figures { bakes: bakes.into(), ..Figures::default() };
         let table = by_name(&figures, "errors").unwrap();
-        assert_eq!(table.lines().nth(2), Some("| cornell_point | 2.00 % | – | – | – | – |"));
+        assert_eq!(table.lines().nth(2), Some("| cornell_point | 2.00 % | – | – | – | – | – | – |"));
         assert_eq!(table.lines().count(), 3);
         let budget = by_name(&figures, "error budget").unwrap();
         assert!(budget.contains("`--rays 4096`") && budget.contains("| 50.00 |"), "{budget}");

@@ -174,10 +174,11 @@ fn probes(info: &BakedInfo) -> String {
 fn error_lines(info: &BakedInfo) -> Vec<(&'static str, String)> {
     let (settings, report) = (&info.settings, &info.report);
     let compression = format!(
-        "mean {}, largest {}, wanted at most {}",
+        "mean {}, largest {}, wanted {} at a byte's price of {:.2}",
         percent(report.mean_cluster_error),
         percent(report.max_cluster_error),
-        percent(f64::from(settings.max_cluster_error))
+        percent(f64::from(settings.max_cluster_error)),
+        settings.byte_price
     );
     let unseen = format!(
         "{} approximated, {} lost",

@@ -9,8 +9,9 @@ use faer::{Mat, Scale};
 /// Lightings whose energy in a cluster is below this share of the mean count less.
 const DIM_SHARE: f32 = 0.02;
 
-/// Share of the energy that the independent part of the radiance metric has.
-const FLOOR_SHARE: f32 = 0.05;
+/// Energy of the independent part of the radiance metric, as a share of the rest: what a narrow spot lights is a few
+/// surfels, which the lightings that are drawn hardly ever light alone.
+const FLOOR_SHARE: f32 = 0.2;
 
 /// How much each lighting counts for a cluster in which it has the given energy: those dimmer than a share
 /// `dim_share` of the mean by what they bring, brighter ones all the same.

@@ -65,8 +65,9 @@ pub(crate) struct Compressor<'a> {
 }
 
 /// Clusters are not split below this many receivers per kept singular value, unless the error must be met: U and ΣVᵀ
-/// would together outgrow the matrix they stand for.
-const FEWEST_RECEIVERS_PER_RANK: usize = 8;
+/// would together outgrow the matrix they stand for. Nor are those split that are small already.
+const FEWEST_RECEIVERS_PER_RANK: usize = 16;
+const FEWEST_TO_SPLIT: usize = 512;
 
 impl Compressor<'_> {
     /// Compresses the matrix of a group of receivers.
@@ -82,7 +83,8 @@ impl Compressor<'_> {
             let halves = halves
                 .map(|half| Mat::from_fn(rows.len(), matrix.columns, |r, c| half[(rows[r] as usize, c)]));
             let cluster = self.decompose(&rows, &halves, matrix, counted.as_deref());
-            let can_split = rows.len() >= self.fewest_to_split(matrix.error);
+            let kept = cluster.factors.receiver_ranks.total() as usize;
+            let can_split = rows.len() >= self.fewest_to_split(matrix.error, kept);
             if cluster.factors.error > matrix.error.error() && can_split {
                 rows.sort_unstable();
                 let (lower, upper) = self.split_rule.split(matrix.sites, rows);
@@ -95,10 +97,10 @@ impl Compressor<'_> {
         clusters
     }
 
-    fn fewest_to_split(&self, error: ErrorGoal) -> usize {
-        let max_rank = self.settings.max_rank as usize;
+    fn fewest_to_split(&self, error: ErrorGoal, kept: usize) -> usize {
         // Truncation loses nothing of as many rows as there may be singular values.
-        if error.must_be_met() { max_rank + 1 } else { 2 * FEWEST_RECEIVERS_PER_RANK * max_rank }
+        let most = self.settings.max_rank as usize + 1;
+        if error.must_be_met() { most } else { FEWEST_TO_SPLIT.max(FEWEST_RECEIVERS_PER_RANK * kept) }
     }
 
     /// The principal components of a block, with as many singular values and bits as the error asks for.
@@ -349,11 +351,11 @@ pub(crate) mod tests {
     #[test]
     fn large_errors_split_the_cluster_and_lose_no_receiver() {
         for storage in STORAGES {
-            let clusters = compress(&low_rank_rows(256, 30), &settings(8, 1e-4, storage));
+            let clusters = compress(&low_rank_rows(1024, 30), &settings(8, 1e-4, storage));
             assert!(clusters.len() > 1);
             let mut seen: Vec<u32> = clusters.iter().flat_map(|c| c.receivers.clone()).collect();
             seen.sort_unstable();
-            assert_eq!(seen, (0..256).collect::<Vec<_>>());
+            assert_eq!(seen, (0..1024).collect::<Vec<_>>());
         }
     }
 

@@ -30,6 +30,13 @@ pub(crate) struct PackedFactors {
     pub(crate) receiver_errors: Vec<u8>,
 }
 
+impl PackedFactors {
+    /// Size of U and ΣVᵀ, bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.receiver_basis[..]) + size_of_val(&self.signal_basis[..])
+    }
+}
+
 /// Packs the factors with the fewest bits that keep the wanted error; where none do, those beyond which more bytes
 /// are not worth it.
 pub(crate) fn quantize(factors: &Factors<'_>, metric: &SignalMetric, aim: Aim) -> PackedFactors {
@@ -178,7 +185,7 @@ pub(crate) mod tests {
             (0..RECEIVERS).map(|r| RowEnergy { all: energy(r), noise: 0.0, counted: energy(r) }).collect()
         }
 
-        fn quantize(&self, is_packed: bool, target: f64) -> PackedFactors {
+        fn quantize(&self, is_packed: bool, target: f64, byte_price: f64) -> PackedFactors {
             let factors = Factors {
                 u: &self.u,
                 w: &self.w,
@@ -187,7 +194,7 @@ pub(crate) mod tests {
                 rows: &self.rows(),
             };
             let metric = SignalMetric::independent(self.moments.iter().map(|m| m.sqrt()).collect());
-            let aim = Aim { is_packed, error: target, must_be_met: false, byte_price: 0.44 };
+            let aim = Aim { is_packed, error: target, must_be_met: false, byte_price };
             quantize(&factors, &metric, aim)
         }
 
@@ -202,6 +209,9 @@ pub(crate) mod tests {
         }
     }
 
+    /// What a byte must save where nothing else is said.
+    const PRICE: f64 = 0.44;
+
     /// Whether a reported error bounds the real one and is near it. Rounding is predicted by the variance of
     /// uniform errors; values far below a step err by less.
     fn is_plausible(real: f64, reported: f64) -> bool {
@@ -213,7 +223,7 @@ pub(crate) mod tests {
         for (falloff, target) in [(0.5, 0.02), (0.7, 0.05), (0.8, 0.1), (0.9, 0.3)] {
             let sample = Sample::new(falloff);
             for is_packed in [false, true] {
-                let packed = sample.quantize(is_packed, target);
+                let packed = sample.quantize(is_packed, target, 1e-6);
                 let (reported, real) = (f64::from(packed.error), sample.error_of(&packed));
                 assert!(reported <= target * 1.001, "{falloff} {is_packed}: {reported} for {target}");
                 assert!(is_plausible(real, reported), "{falloff} {is_packed}: {real}, not {reported}");
@@ -224,7 +234,7 @@ pub(crate) mod tests {
     #[test]
     fn where_the_target_is_out_of_reach_bytes_that_save_little_are_left_out() {
         let sample = Sample::new(0.8);
-        let packed = sample.quantize(true, 1e-4);
+        let packed = sample.quantize(true, 1e-4, PRICE);
         let (reported, real) = (f64::from(packed.error), sample.error_of(&packed));
         assert!(real > 1e-3 && is_plausible(real, reported), "{real}, not {reported}");
         assert_eq!(
@@ -237,7 +247,7 @@ pub(crate) mod tests {
         assert!(!is_plausible(sample.error_of(&wrong), reported));
         // A target that is barely missed is worth less.
         let slow = Sample::new(0.97);
-        let ranks = [1e-4, 0.2].map(|target| slow.quantize(true, target).receiver_ranks.total());
+        let ranks = [1e-4, 0.2].map(|target| slow.quantize(true, target, PRICE).receiver_ranks.total());
         assert!(ranks[1] < ranks[0] && ranks[0] == COMPONENTS as u32, "{ranks:?}");
     }
 
@@ -245,11 +255,11 @@ pub(crate) mod tests {
     fn wider_targets_take_fewer_bits() {
         let sample = Sample::new(0.8);
         let words = |target| {
-            let packed = sample.quantize(true, target);
+            let packed = sample.quantize(true, target, PRICE);
             packed.receiver_basis.len() + packed.signal_basis.len()
         };
         let sizes = [0.02, 0.05, 0.1, 0.3, 1.0].map(words);
         assert!(sizes.is_sorted_by(|a, b| a > b) && sizes[4] == 0, "{sizes:?}");
-        assert!(sample.quantize(true, 0.1).signal_ranks.snorm4 > 0);
+        assert!(sample.quantize(true, 0.1, PRICE).signal_ranks.snorm4 > 0);
     }
 }

@@ -4,7 +4,8 @@ use probelight_asset::packed::{Precision, Ranks};
 
 use crate::compression::factors::{Aim, Factors, RoundingNoise};
 
-/// The cheapest ranks of U and ΣVᵀ within the target; where none are, those beyond which more bytes are not worth it.
+/// The ranks of U and ΣVᵀ beyond which more bytes are not worth it; what is within the target costs no less for being
+/// better. Where the target must be met, the cheapest that meet it.
 pub(crate) fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, aim: Aim) -> (Ranks, Ranks) {
     let most = factors.energies.len();
     let accepted = aim.error * aim.error * factors.counted();
@@ -31,8 +32,8 @@ pub(crate) fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, aim: Ai
             for (fine_w, of_w) in energies_in_w.iter().enumerate() {
                 let energy = factors.tails[total] + of_u + of_w;
                 let price = u_price * (total + fine_u) as f64 + w_price * (total + fine_w) as f64;
-                let misses = energy > accepted;
-                let cost = (misses, if misses { energy + price } else { price });
+                let misses = aim.must_be_met && energy > accepted;
+                let cost = (misses, energy.max(accepted) + price);
                 if cost < lowest_cost {
                     lowest_cost = cost;
                     best = (total, fine_u, fine_w);
@@ -40,7 +41,7 @@ pub(crate) fn choose_ranks(factors: &Factors<'_>, noise: &RoundingNoise, aim: Ai
             }
         }
     }
-    if lowest_cost.0 && aim.must_be_met {
+    if lowest_cost.0 {
         return in_half_floats();
     }
     let ranks = |fine: usize| Ranks { f16: 0, snorm8: fine as u32, snorm4: (best.0 - fine) as u32 };

@@ -30,7 +30,7 @@ pub(crate) const VERTICES_PER_GROUP: usize = 128;
 
 /// What the compression of vertices may lose as a multiple of what that of texels may: of the light read in the air
 /// interpolation between them misses several times as much near a lamp.
-pub(crate) const ERROR_PER_TEXEL_ERROR: f32 = 3.0;
+pub(crate) const ERROR_PER_TEXEL_ERROR: f32 = 3.75;
 
 /// Distances at which a vertex looks for a better place, in spacings (\[SED\] §4).
 const SHIFTS: [f32; 4] = [0.1, 0.2, 0.32, 0.45];
@@ -42,8 +42,10 @@ const CLEARANCE: f32 = 0.08;
 const MOST_PLANS: u32 = 5;
 const MOST_MISSED: f32 = 0.08;
 
-/// What a byte of vertices must save as a multiple of what one of texels must: there are far fewer of them.
-pub(crate) const BYTE_PRICE_PER_TEXEL_PRICE: f32 = 0.15;
+/// What a byte of vertices must save, as a share of their wanted error's energy, from so many receivers on; less where
+/// there are fewer.
+pub(crate) const BYTE_PRICE: f32 = 0.1;
+pub(crate) const FULL_PRICE_RECEIVERS: f32 = 400_000.0;
 
 /// A grid as it is baked.
 #[derive(Clone, Debug, Default)]

@@ -51,6 +51,8 @@ pub(crate) struct Groundwork {
     /// What the bake was asked for, with what the steps decided.
     pub(crate) settings: BakeSettings,
     pub(crate) error: ErrorGoal,
+    /// Bytes of U and ΣVᵀ per receiver that the texels' groups may take, if these decide the price of a byte.
+    pub(crate) byte_budget: Option<f32>,
     pub(crate) plan: SignalPlan,
     /// What the scene's author should know.
     pub(crate) warnings: Vec<Warning>,
@@ -118,6 +120,7 @@ pub(crate) fn prepare(
         scene_hash,
         settings,
         error: wishes.error,
+        byte_budget: wishes.byte_budget(receivers.receivers.len()),
         plan: wishes.plan,
         tracer,
         atlas: layout.atlas,
@@ -217,7 +220,9 @@ impl Groundwork {
     pub(crate) fn byte_price_of(&self, reception: Reception) -> f32 {
         match reception {
             Reception::Irradiance => self.settings.byte_price,
-            Reception::Basis(_) => grid::BYTE_PRICE_PER_TEXEL_PRICE * self.settings.byte_price,
+            Reception::Basis(_) => {
+                grid::BYTE_PRICE * (self.texels().len() as f32 / grid::FULL_PRICE_RECEIVERS).min(1.0)
+            }
         }
     }
 

@@ -49,14 +49,15 @@ pub struct BakeOptions {
     /// Relight rays per probe. Default 512 (\[SED\] §5.1); with the hybrid method two or four times as many where
     /// there are so few probes that all rays together stay below [`RELIGHT_RAY_BUDGET`].
     pub relight_rays: Option<u32>,
-    /// Highest spherical-harmonics band, 0 to 11. Default 7 (\[SED\] Table 1).
+    /// Highest spherical-harmonics band, 0 to 11. Default 7 (\[SED\] Table 1); with the hybrid method 10 where probes
+    /// have 2,048 relight rays.
     pub sh_degree: Option<u32>,
-    /// Most singular values per cluster, 1 to 256. Default 32 (\[SED\] §3.3); as many as it takes if
+    /// Most singular values per cluster, 1 to 256. Default 64 (\[SED\] §3.3 has 32); as many as it takes if
     /// `max_cluster_error` is given.
     pub max_rank: Option<u32>,
     /// Relative error of a cluster's stored matrix. If it is given, every cluster keeps it, at any number of
-    /// bytes, unless `max_rank` is given too. Default 0.02, as far as the rank and reasonable bytes allow: what is
-    /// lost then is mostly the noise of the gather rays.
+    /// bytes, unless `max_rank` is given too. Default 0.016, as far as the rank and
+    /// `bytes_per_receiver` allow: what is lost then is mostly the noise of the gather rays.
     pub max_cluster_error: Option<f32>,
     /// Most probes a cluster draws on; up to twice as many where more than a few of its rays end at places that
     /// none of them sees. Default 6, with the paper's method 10.
@@ -66,9 +67,12 @@ pub struct BakeOptions {
     pub receivers_per_cluster: Option<u32>,
     /// Whether clusters blend at the borders between them. Default true, with the paper's method false.
     pub blend_borders: Option<bool>,
-    /// What a further byte per receiver must save where the wanted error is out of reach, as a share of that error's
-    /// energy. Default 0.65 from 400,000 receivers on and less for fewer, in proportion: bytes matter by how many there
-    /// will be. Give it, and the rays, so that parts of a world baked one by one are alike.
+    /// Bytes that U and ΣVᵀ may take per receiver, on average; fewer where the wanted error takes fewer. Default 44 from
+    /// 400,000 receivers on, and more of fewer: twice as many of a quarter as many.
+    pub bytes_per_receiver: Option<f32>,
+    /// What a further byte per receiver must save, as a share of the wanted error's energy, instead of
+    /// `bytes_per_receiver`, from which it follows otherwise. Give it, and the rays, so that parts of a world baked one by
+    /// one are alike.
     pub byte_price: Option<f32>,
     /// Vertices of the grid in free space, about so many that have light; none with 0. Default: one for 40
     /// receivers, but at least 6,000.

@@ -24,30 +24,30 @@ pub struct Preset {
     pub max_receivers: u32,
     /// Gather rays per receiver; the paper's method takes twice as many.
     pub gather_rays: u32,
-    /// Relative error of a cluster's compressed transport.
+    /// Relative error of a cluster's compressed transport; the paper's method may lose 5/4 of it.
     pub max_cluster_error: f32,
-    /// Most singular values per cluster.
+    /// Most singular values per cluster; the paper's method has half of them.
     pub max_rank: u32,
     /// Gather rays of all receivers together up to which each gets more of them.
     pub gather_ray_budget: u64,
     /// The same for the relight rays of all probes.
     pub relight_ray_budget: u64,
-    /// What a byte per receiver must save, see [`BakeOptions::byte_price`](crate::BakeOptions::byte_price).
-    pub byte_price: f32,
-    /// Receivers from which on bytes have their full price. Of fewer, each may take more bytes.
-    pub full_price_receivers: u32,
+    /// See [`BakeOptions::bytes_per_receiver`](crate::BakeOptions::bytes_per_receiver).
+    pub bytes_per_receiver: f32,
+    /// Receivers from which on that holds. Of fewer each may take more: twice as many of a quarter as many.
+    pub full_budget_receivers: u32,
 }
 
-/// The defaults. Rank: \[SED\] §3.3. An error of 0.02 is mostly the noise of the gather rays.
+/// The defaults. An error of 0.016 is mostly the noise of the gather rays.
 const MEDIUM: Preset = Preset {
     max_receivers: DEFAULT_MAX_RECEIVERS,
     gather_rays: 256,
-    max_cluster_error: 0.02,
-    max_rank: 32,
+    max_cluster_error: 0.016,
+    max_rank: 64,
     gather_ray_budget: DEFAULT_MAX_RECEIVERS as u64 * 256,
     relight_ray_budget: RELIGHT_RAY_BUDGET,
-    byte_price: 0.65,
-    full_price_receivers: DEFAULT_MAX_RECEIVERS,
+    bytes_per_receiver: 44.0,
+    full_budget_receivers: DEFAULT_MAX_RECEIVERS,
 };
 
 impl Quality {
@@ -60,23 +60,26 @@ impl Quality {
             Self::Preview => Preset {
                 max_receivers: 50_000,
                 gather_rays: 64,
-                max_cluster_error: 0.08,
+                max_cluster_error: 0.064,
                 gather_ray_budget: 50_000 * 64,
+                bytes_per_receiver: 24.0,
                 ..MEDIUM
             },
             Self::Medium => MEDIUM,
             Self::High => Preset {
                 max_receivers: 2 * MEDIUM.max_receivers,
                 gather_rays: 2 * MEDIUM.gather_rays,
-                max_cluster_error: 0.015,
+                max_cluster_error: 0.012,
+                bytes_per_receiver: 60.0,
                 gather_ray_budget: 4 * MEDIUM.gather_ray_budget,
                 ..MEDIUM
             },
             Self::Production => Preset {
                 max_receivers: 4 * MEDIUM.max_receivers,
                 gather_rays: 4 * MEDIUM.gather_rays,
-                max_cluster_error: 0.01,
-                max_rank: 64,
+                max_cluster_error: 0.008,
+                max_rank: 128,
+                bytes_per_receiver: 80.0,
                 gather_ray_budget: 16 * MEDIUM.gather_ray_budget,
                 ..MEDIUM
             },

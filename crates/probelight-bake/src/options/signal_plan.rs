@@ -16,6 +16,9 @@ pub(crate) struct SignalPlan {
     pub(crate) storage: Storage,
     /// Gather rays as a multiple of what the quality asks for.
     pub(crate) gather_rays_factor: u32,
+    /// Relative error and most singular values of a cluster, as multiples of what the quality asks for.
+    pub(crate) error_factor: f32,
+    pub(crate) rank_factor: f32,
     /// Whether receivers and probes get more rays where there are few of them.
     pub(crate) fills_ray_budgets: bool,
     pub(crate) probes_per_cluster: u32,
@@ -41,6 +44,8 @@ impl SignalPlan {
                 metric: Metric::Band,
                 storage: Storage::F16,
                 gather_rays_factor: 2,
+                error_factor: 1.25,
+                rank_factor: 0.5,
                 fills_ray_budgets: false,
                 probes_per_cluster: 10,
                 receivers_per_cluster: 256,
@@ -53,6 +58,8 @@ impl SignalPlan {
                 metric: Metric::Radiance,
                 storage: Storage::Packed,
                 gather_rays_factor: 1,
+                error_factor: 1.0,
+                rank_factor: 1.0,
                 fills_ray_budgets: true,
                 probes_per_cluster: 6,
                 receivers_per_cluster: 512,

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use probelight_asset::{BakeSettings, GridBasis, MAX_GRID_LEVELS, Method, Metric, Storage};
+use probelight_asset::{BakeSettings, GridBasis, MAX_GRID_LEVELS, MAX_SH_DEGREE, Method, Metric, Storage};
 use probelight_math::glam::DVec3;
 use probelight_scene::Bounds;
 use probelight_trace::Tracer;
@@ -153,12 +153,12 @@ pub(crate) struct Wishes {
     near_radius: Option<f32>,
     gather_rays: Rays,
     relight_rays: Rays,
-    sh_degree: u32,
+    sh_degree: Degree,
     max_rank: u32,
     probes_per_cluster: u32,
     receivers_per_cluster: u32,
     blend_borders: bool,
-    byte_price: BytePrice,
+    bytes: Bytes,
 }
 
 /// How many vertices the grid in free space has.
@@ -172,12 +172,55 @@ enum GridDensity {
     ByReceivers,
 }
 
-/// What a byte per receiver must save where the wanted error is out of reach, see [`BakeSettings::byte_price`].
+/// What decides how many bytes are spent.
 #[derive(Clone, Copy, Debug)]
-enum BytePrice {
-    Fixed(f32),
-    /// Bytes matter by how many there will be: this price from so many receivers on, less for fewer.
-    FromReceivers(f32, u32),
+enum Bytes {
+    /// What one must save, see [`BakeSettings::byte_price`].
+    Price(f32),
+    /// So many per receiver.
+    Budget(f32),
+    /// The same, from so many receivers on. Of fewer each may take more: twice as many of a quarter as many.
+    BudgetOf(f32, u32),
+    /// As many as the wanted error takes.
+    Any,
+}
+
+impl Bytes {
+    fn budget(self, receivers: usize) -> Option<f32> {
+        match self {
+            Self::Budget(bytes) => Some(bytes),
+            Self::BudgetOf(bytes, many) => {
+                Some(bytes * (many as f32 / receivers.max(1) as f32).max(1.0).sqrt())
+            }
+            Self::Price(_) | Self::Any => None,
+        }
+    }
+}
+
+/// Highest band of the probes' spherical harmonics.
+#[derive(Clone, Copy, Debug)]
+enum Degree {
+    Fixed(u32),
+    /// As high as the relight rays resolve, [`USUAL_DEGREE`] at least.
+    OfRays,
+}
+
+/// \[SED\] Table 1. No lower one is good enough, however few rays there are.
+const USUAL_DEGREE: u32 = 7;
+
+/// Rays for each coefficient from which on a band more tells more than its rays' noise: 2,048 rays resolve degree 10.
+const RAYS_PER_COEFFICIENT: u32 = 16;
+
+impl Degree {
+    fn of(self, rays: u32) -> u32 {
+        let resolved = |degree: &u32| RAYS_PER_COEFFICIENT * (degree + 1).pow(2) <= rays;
+        match self {
+            Self::Fixed(degree) => degree,
+            Self::OfRays => {
+                (USUAL_DEGREE..=MAX_SH_DEGREE).take_while(resolved).last().unwrap_or(USUAL_DEGREE)
+            }
+        }
+    }
 }
 
 /// What the steps of a bake decide.
@@ -194,6 +237,11 @@ impl Wishes {
         self.smallest_spacing == self.widest_spacing
     }
 
+    /// Bytes of U and ΣVᵀ that each of so many receivers may take, if these decide.
+    pub(crate) fn byte_budget(&self, receivers: usize) -> Option<f32> {
+        self.bytes.budget(receivers)
+    }
+
     /// The settings that go into the file.
     pub(crate) fn settle(&self, decided: Decided) -> BakeSettings {
         let surfel_size = match self.surfel_size {
@@ -206,29 +254,29 @@ impl Wishes {
                 Some(self.near_radius.unwrap_or(SURFELS_PER_NEAR_RADIUS * surfel_size))
             }
         };
+        let relight_rays = self.relight_rays.of_each(decided.probes);
         BakeSettings {
             method: self.method,
             metric: self.metric,
             storage: self.storage,
             texels_per_meter: decided.texels_per_meter,
             probe_spacing: self.widest_spacing,
-            sh_degree: self.sh_degree,
+            sh_degree: self.sh_degree.of(relight_rays),
             sky_degree: self.plan.sky_degree,
             surfel_size,
             samples_per_surfel: self.samples_per_surfel,
             near_radius,
             gather_rays: self.gather_rays.of_each(decided.receivers),
-            relight_rays: self.relight_rays.of_each(decided.probes),
+            relight_rays,
             probes_per_cluster: self.probes_per_cluster,
             receivers_per_cluster: self.receivers_per_cluster,
             blend_borders: self.blend_borders,
             max_rank: self.max_rank,
             max_cluster_error: self.error.error(),
-            byte_price: match self.byte_price {
-                BytePrice::Fixed(price) => price,
-                BytePrice::FromReceivers(price, many) => {
-                    price * (decided.receivers as f32 / many as f32).min(1.0)
-                }
+            byte_price: match self.bytes {
+                Bytes::Price(price) => price,
+                // A budget's price is found when the light is known.
+                _ => 0.0,
             },
             grid_vertices: match self.grid {
                 GridDensity::Vertices(count) => Some(count),
@@ -254,8 +302,9 @@ impl BakeOptions {
         let method = self.method.unwrap_or_default();
         let plan = SignalPlan::of(method);
         let scale = Scale::of(tracer);
-        let error = self.error_goal(preset.max_cluster_error)?;
-        let default_rank = if error.must_be_met() { HIGHEST_RANK } else { preset.max_rank };
+        let error = self.error_goal(plan.error_factor * preset.max_cluster_error)?;
+        let usual_rank = (plan.rank_factor * preset.max_rank as f32) as u32;
+        let default_rank = if error.must_be_met() { HIGHEST_RANK } else { usual_rank };
         let density = self.density(scale.free_distance, preset.max_receivers)?;
         let estimated_texel_size = density.estimated_texel_size(scale.area);
         let [smallest_spacing, widest_spacing] = match positive("the probe density", self.probe_density)? {
@@ -265,8 +314,7 @@ impl BakeOptions {
         let receivers = scale.area / f64::from(estimated_texel_size).powi(2);
         let [gather_rays, relight_rays] = self.rays(&plan, &preset)?;
         let surfel_size = positive("the surfel size", self.surfel_size)?;
-        let byte_price = positive("the price of a byte", self.byte_price)?;
-        let default_price = BytePrice::FromReceivers(preset.byte_price, preset.full_price_receivers);
+        let storage = self.storage.unwrap_or(plan.storage);
         Ok(Wishes {
             plan,
             density,
@@ -281,14 +329,14 @@ impl BakeOptions {
             grid_basis: self.grid_basis.unwrap_or_default(),
             method,
             metric: self.metric.unwrap_or(plan.metric),
-            storage: self.storage.unwrap_or(plan.storage),
+            storage,
             surfel_size: surfel_size
                 .map_or(SurfelSize::About(scale.free_distance * SURFEL_PER_FREE_DISTANCE), SurfelSize::Fixed),
             samples_per_surfel: within("the samples per surfel", self.samples_per_surfel, 16, 1..=64)?,
             near_radius: positive("the near radius", self.near_radius)?,
             gather_rays,
             relight_rays,
-            sh_degree: within("the SH degree", self.sh_degree, 7, 0..=11)?,
+            sh_degree: self.degree(&plan)?,
             max_rank: within("the rank", self.max_rank, default_rank, 1..=HIGHEST_RANK)?,
             probes_per_cluster: within(
                 "the probes per cluster",
@@ -303,7 +351,18 @@ impl BakeOptions {
                 16..=4096,
             )?,
             blend_borders: self.blend_borders.unwrap_or(plan.blend_borders),
-            byte_price: byte_price.map_or(default_price, BytePrice::Fixed),
+            bytes: self.bytes(&preset, storage, error)?,
+        })
+    }
+
+    fn bytes(&self, preset: &Preset, storage: Storage, error: ErrorGoal) -> Result<Bytes, BakeError> {
+        let price = positive("the price of a byte", self.byte_price)?;
+        let budget = positive("the bytes per receiver", self.bytes_per_receiver)?;
+        Ok(match (price, budget) {
+            (Some(price), _) => Bytes::Price(price),
+            _ if error.must_be_met() || storage == Storage::F16 => Bytes::Any,
+            (None, Some(bytes)) => Bytes::Budget(bytes),
+            (None, None) => Bytes::BudgetOf(preset.bytes_per_receiver, preset.full_budget_receivers),
         })
     }
 
@@ -331,6 +390,12 @@ impl BakeOptions {
                 budget: budget(self.relight_rays, preset.relight_ray_budget),
             },
         ])
+    }
+
+    fn degree(&self, plan: &SignalPlan) -> Result<Degree, BakeError> {
+        let asked = within("the SH degree", self.sh_degree, USUAL_DEGREE, 0..=MAX_SH_DEGREE)?;
+        let follows_rays = plan.fills_ray_budgets && self.sh_degree.is_none();
+        Ok(if follows_rays { Degree::OfRays } else { Degree::Fixed(asked) })
     }
 
     /// How many vertices the grid has.
@@ -411,6 +476,7 @@ fn within(
 
 #[cfg(test)]
 mod tests {
+    use super::super::Quality;
     use super::*;
 
     #[test]
@@ -422,6 +488,31 @@ mod tests {
             [2048, 2048, 1024, 1024, 512, 512]
         );
         assert_eq!(of_each(1, None), 512, "what the user asked for stays");
+    }
+
+    #[test]
+    fn bands_follow_the_rays() {
+        let rays = [16, 512, 1024, 2048, 16_384];
+        assert_eq!(rays.map(|rays| Degree::OfRays.of(rays)), [7, 7, 7, 10, MAX_SH_DEGREE]);
+        assert_eq!(rays.map(|rays| Degree::Fixed(3).of(rays)), [3; 5]);
+    }
+
+    #[test]
+    fn few_receivers_may_take_more_bytes_each() {
+        let preset = Quality::Medium.preset();
+        let budget = |options: &BakeOptions, storage, error, receivers| {
+            options.bytes(&preset, storage, error).unwrap().budget(receivers)
+        };
+        let (packed, about) = (Storage::Packed, ErrorGoal::About(0.1));
+        let of = |receivers| budget(&BakeOptions::default(), packed, about, receivers).unwrap();
+        assert_eq!([1_600_000, 400_000, 100_000, 25_000].map(|n| of(n) / of(400_000)), [1.0, 1.0, 2.0, 4.0]);
+        let asked = BakeOptions { bytes_per_receiver: Some(9.0), ..BakeOptions::default() };
+        assert_eq!(budget(&asked, packed, about, 10), Some(9.0), "what the user asked for stays");
+        // Nothing is to be decided where there is a price, or an error that must be met, or but one storage.
+        let priced = BakeOptions { byte_price: Some(0.5), ..BakeOptions::default() };
+        assert_eq!(budget(&priced, packed, about, 10), None);
+        assert_eq!(budget(&asked, packed, ErrorGoal::AtMost(0.1), 10), None);
+        assert_eq!(budget(&asked, Storage::F16, about, 10), None);
     }
 
     #[test]

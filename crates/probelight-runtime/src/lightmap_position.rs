@@ -1,4 +1,4 @@
-//! Which lightmap face lies at a world position.
+//! Where in the lightmap the surface at a world position lies.
 
 use probelight_asset::LightmapLayout;
 use probelight_math::glam::{Vec2, Vec3};
@@ -23,7 +23,7 @@ const MOST_HITS: usize = 16;
 ///
 /// Of several surfaces the nearest counts, so that the two faces of a thin wall are told apart. Where surfaces
 /// coincide, one whose side has light counts.
-pub(crate) fn find_face(
+pub fn lightmap_position(
     tracer: &Tracer,
     layout: &LightmapLayout,
     position: Vec3,

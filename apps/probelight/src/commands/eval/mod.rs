@@ -1,5 +1,7 @@
 //! `probelight eval FILE --setup S.json --points REF.csv`
 
+mod floor;
+
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,8 +9,8 @@ use std::sync::Arc;
 use clap::Args;
 use probelight_asset::BakedScene;
 use probelight_eval::{
-    BorderJumps, EvalError, PointErrors, PointKind, PointSelection, ReferencePoint, ReferencePoints,
-    SMALL_TRIANGLE, write_predictions,
+    BorderJumps, EvalError, FloorErrors, PointErrors, PointKind, PointSelection, ReferencePoint,
+    ReferencePoints, SMALL_TRIANGLE, write_predictions,
 };
 use probelight_math::glam::Vec3;
 use probelight_runtime::gpu::{GpuOptions, GpuRuntime};
@@ -21,6 +23,7 @@ use probelight_trace::Tracer;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use self::floor::{mean_of_halves, trace_ideal_lightmap};
 use crate::backend::{Backend, BackendFlags};
 use crate::console::{self, Console};
 use crate::movers::{Movers, ObjectFlags};
@@ -34,7 +37,11 @@ Examples:
 Irradiance of the lightmap is compared with the reference's E_indirect + E_area + E_sky, because
 light of the sky and of emissive surfaces reaches the lightmap, too; direct light of point, spot
 and directional lights is not part of it. `probelight reference --points` makes such tables. A
-table made by `probelight reference --sample` also gives the errors on small triangles.";
+table made by `probelight reference --sample` also gives the errors on small triangles.
+
+--floor tells the light transport's errors from those of the lightmap's texels: it traces the mean
+light of every texel around the points, and says how far such an ideal lightmap is from the
+reference, and our light from it. Noise is subtracted; more paths make the figures surer.";
 
 /// Flags of `eval`.
 #[derive(Args)]
@@ -49,9 +56,14 @@ pub(crate) struct Flags {
     /// Reference irradiance at points
     #[arg(long, value_name = "REF.csv")]
     points: PathBuf,
-    /// Write the predicted irradiance of every row: columns E_r,E_g,E_b, NaN where there is none
+    /// Write the predicted irradiance of every row: columns E_r,E_g,E_b, with --floor also ideal_r,…; NaN
+    /// where there is none
     #[arg(long, value_name = "OUT.csv")]
     predictions: Option<PathBuf>,
+    /// Also trace an ideal lightmap of the same texels, with N paths for each
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1024",
+        value_parser = clap::value_parser!(u32).range(2..=16_777_216))]
+    floor: Option<u32>,
     #[command(flatten)]
     objects: ObjectFlags,
     #[command(flatten)]
@@ -80,6 +92,8 @@ struct Report<'a> {
     small_triangles: Option<PointErrors>,
     /// Errors in free space, if the table has points there and the file light.
     free_space: Option<PointErrors>,
+    /// What of the errors on surfaces are the lightmap's, if that was asked for.
+    floor: Option<FloorErrors>,
     /// Seams between clusters; the reference has no part in them.
     border_jumps: BorderJumps,
 }
@@ -98,8 +112,13 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
     interrupt::check()?;
 
     let predictions = predict(&light, &baked, &reference);
+    let trace = |paths| trace_ideal_lightmap(&baked, &setup, &movers, &reference, paths, console);
+    let ideal = flags.floor.map(trace).transpose()?;
     if let Some(path) = &flags.predictions {
-        write_predictions(path, &predictions)?;
+        let ideal = ideal.as_ref().map(mean_of_halves);
+        let sets = [Some(("E", &predictions)), ideal.as_ref().map(|ideal| ("ideal", ideal))];
+        let sets: Vec<_> = sets.into_iter().flatten().map(|(name, rows)| (name, &rows[..])).collect();
+        write_predictions(path, &sets)?;
     }
     let small_triangles = measure_some(&reference, &predictions, &PointSelection::small_triangles())?;
     let free_space = measure_some(&reference, &predictions, &PointSelection::free_space())?;
@@ -109,6 +128,7 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
         // Without any there is something wrong, which this says.
         None => Some(PointErrors::measure(&reference, &predictions, &on_surfaces)?),
     };
+    let floor = ideal.map(|ideal| FloorErrors::measure(&reference, &predictions, &ideal, &on_surfaces));
     let surface_points = reference.points.iter().filter(|point| point.kind == PointKind::Surface).count();
     let report = Report {
         file: &flags.file,
@@ -121,6 +141,7 @@ pub(crate) fn run(flags: &Flags, console: &Console) -> anyhow::Result<()> {
         errors,
         small_triangles,
         free_space,
+        floor: floor.transpose()?,
         border_jumps: BorderJumps::measure(&baked, &light.lightmap.texels),
     };
     if flags.json { console::print_json(&report) } else { console::print(describe(&report)?.trim_end()) }
@@ -238,6 +259,13 @@ fn describe(report: &Report) -> Result<String, std::fmt::Error> {
             "largest irradiance",
             format!("{:.4} W/m², reference {:.4}", errors.max_prediction, errors.max_reference),
         )?;
+    }
+    if let Some(floor) = &report.floor {
+        line("ideal lightmap", format!("{} points", floor.compared))?;
+        line("relative RMSE, the floor", percent(floor.floor))?;
+        line("mean bias", percent(floor.floor_bias))?;
+        line("ours, above the floor", percent(floor.above_floor))?;
+        line("mean bias", percent(floor.above_floor_bias))?;
     }
     if let Some(small) = &report.small_triangles {
         line(&format!("below {SMALL_TRIANGLE} m²"), format!("{} points", small.answered))?;
