@@ -261,7 +261,6 @@ fn the_help_of_bake_states_the_defaults() {
     // Lines are wrapped anywhere.
     let help = place.succeed("bake --help").split_whitespace().collect::<Vec<_>>().join(" ");
     for (flag, field) in [
-        ("--sh-degree <L>", "sh_degree"),
         ("--samples-per-surfel <N>", "samples_per_surfel"),
         ("--probes-per-cluster <P>", "probes_per_cluster"),
         ("--receivers-per-cluster <R>", "receivers_per_cluster"),
@@ -273,11 +272,10 @@ fn the_help_of_bake_states_the_defaults() {
         let (stated, _) = stated.split_once([']', ';']).unwrap();
         assert_eq!(stated, settings[field].to_string(), "{flag}");
     }
-    // So few probes have as many relight rays as the default may grow to.
-    assert!(
-        help.contains(&format!("up to {} where there are few probes", settings["relight_rays"])),
-        "{help}"
-    );
+    // So few probes have as many relight rays, and bands, as the defaults may grow to.
+    let rays = &settings["relight_rays"];
+    assert!(help.contains(&format!("up to {rays} where there are few probes")), "{help}");
+    assert!(help.contains(&format!("{} with {rays} relight rays", settings["sh_degree"])), "{help}");
 }
 
 #[test]

@@ -158,7 +158,7 @@ impl Measurement<'_> {
         }
         if bake.random_lights.is_none() {
             let errors: anyhow::Result<Vec<Errors>> =
-                scene.random_sets().map(|set| self.errors(&file, set)).collect();
+                scene.random_sets().map(|set| self.eval(&file, set, "cpu", &[])).collect();
             bake.random_lights = RandomLights::of(&errors?);
         }
         if let Some(set) = scene.frame_set().filter(|_| bake.moving_ms.is_none()) {

@@ -10,9 +10,9 @@ use crate::compression::metric::SignalMetric;
 use crate::light::ensemble::add_scaled;
 
 /// How many times the independent strengths D² count. The lightings are but a sample of the light that will be, and
-/// rounding errors that cancel under them show under other light, most of all where it is dim: with 4, atrium takes a
+/// rounding errors that cancel under them show under other light, most of all where it is dim: with 1, atrium takes a
 /// tenth fewer bytes, but a flower pot in the shade turns black while the sun shines beside it.
-const UNFORESEEN: f32 = 16.0;
+const UNFORESEEN: f32 = 4.0;
 
 /// Variance of the errors of rounding to steps of 1.
 pub(crate) const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;

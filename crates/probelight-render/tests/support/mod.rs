@@ -31,7 +31,7 @@ pub(crate) fn lit_scene(name: &str) -> LitExample {
         // Its patches of sun are small: it needs more samples, which the hybrid method has.
         "rooms" => BakeOptions {
             receivers: Some(20_000),
-            gather_rays: Some(16),
+            gather_rays: Some(32),
             grid_vertices: Some(0),
             ..BakeOptions::default()
         },
