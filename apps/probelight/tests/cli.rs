@@ -56,13 +56,13 @@ fn bake_info_render_and_eval_work_together() {
     assert!(
         place.succeed("eval cornell.plight --setup setup.json --points ref.csv").contains("relative RMSE")
     );
-    let eval = place.json("eval cornell.plight --setup setup.json --points ref.csv --floor 256");
+    let eval = place.json("eval cornell.plight --setup setup.json --points ref.csv --floor=256");
     let floor = &eval["floor"];
     assert_eq!(floor["compared"], 3);
     for error in ["floor", "above_floor"] {
         assert!(floor[error].as_f64().unwrap() < 0.5, "{floor}");
     }
-    let shown = place.succeed("eval cornell.plight --setup setup.json --points ref.csv --floor 32");
+    let shown = place.succeed("eval cornell.plight --setup setup.json --floor=32 --points ref.csv");
     assert!(shown.contains("above the floor"), "{shown}");
     // A table may have points of the air alone.
     let table = fs::read_to_string(place.path("ref.csv")).unwrap();

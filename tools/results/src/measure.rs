@@ -51,8 +51,8 @@ pub(crate) struct Flags {
     options: Vec<String>,
 }
 
-/// Errors are told from those of an ideal lightmap, of so many paths a texel.
-const FLOOR: &[&str] = &["--floor", "1024"];
+/// Errors are told from those of an ideal lightmap.
+const FLOOR: &[&str] = &["--floor"];
 
 /// Frames of which the shortest counts.
 const FRAMES: &str = "100";

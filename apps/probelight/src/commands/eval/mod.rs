@@ -60,8 +60,8 @@ pub(crate) struct Flags {
     /// where there is none
     #[arg(long, value_name = "OUT.csv")]
     predictions: Option<PathBuf>,
-    /// Also trace an ideal lightmap of the same texels, with N paths for each
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1024",
+    /// Also trace an ideal lightmap of the same texels, with N paths for each [default: 1024]
+    #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, default_missing_value = "1024",
         value_parser = clap::value_parser!(u32).range(2..=16_777_216))]
     floor: Option<u32>,
     #[command(flatten)]
