@@ -220,9 +220,7 @@ impl Groundwork {
     pub(crate) fn byte_price_of(&self, reception: Reception) -> f32 {
         match reception {
             Reception::Irradiance => self.settings.byte_price,
-            Reception::Basis(_) => {
-                grid::BYTE_PRICE * (self.texels().len() as f32 / grid::FULL_PRICE_RECEIVERS).min(1.0)
-            }
+            Reception::Basis(_) => grid::BYTE_PRICE,
         }
     }
 
