@@ -101,6 +101,13 @@ impl Movers {
         Ok(self.movers.iter().map(object).collect::<Result<_, _>>()?)
     }
 
+    /// What a path tracer traces: the scene with the setup's colours and the objects as they are at the beginning.
+    pub(crate) fn traced_scene(&self, setup: &Setup, scene: Arc<Scene>) -> anyhow::Result<Arc<Scene>> {
+        let scene = if setup.materials.is_empty() { scene } else { Arc::new(input::colored(setup, &scene)) };
+        let objects = self.at(0.0)?;
+        Ok(if objects.is_empty() { scene } else { Arc::new(scene.with_objects(&objects)) })
+    }
+
     /// Puts the objects into a scene as they are at the beginning; returns their handles.
     pub(crate) fn enter(&self, objects: &mut Objects) -> anyhow::Result<Vec<ObjectId>> {
         Ok(self.at(0.0)?.into_iter().map(|object| objects.insert(object)).collect())

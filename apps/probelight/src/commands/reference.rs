@@ -119,9 +119,8 @@ pub(crate) fn run(flags: Flags, console: &Console) -> anyhow::Result<()> {
         },
     };
     input::warn_of_unknown_materials(&setup, &scene, console);
-    let scene = if setup.materials.is_empty() { scene } else { Arc::new(input::colored(&setup, &scene)) };
-    let objects = Movers::load(&setup, flags.setup.as_deref(), &flags.objects.paths(), console)?.at(0.0)?;
-    let scene = if objects.is_empty() { scene } else { Arc::new(scene.with_objects(&objects)) };
+    let movers = Movers::load(&setup, flags.setup.as_deref(), &flags.objects.paths(), console)?;
+    let scene = movers.traced_scene(&setup, scene)?;
     let path_tracer = PathTracer::new(Arc::new(Tracer::new(scene)), setup.lighting);
     let start = Instant::now();
     let (count, samples) = subject.trace(&path_tracer, &flags, console)?;

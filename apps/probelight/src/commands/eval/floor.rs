@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
-use probelight_asset::BakedScene;
+use probelight_asset::{BakedScene, NONE};
 use probelight_eval::{PointKind, ReferencePoint, ReferencePoints};
 use probelight_math::glam::{Vec2, Vec3};
 use probelight_math::sampling::{cosine_hemisphere_from_square, hash_u32, sobol_owen, world_from_tangent};
@@ -13,7 +13,6 @@ use probelight_trace::{PathTracer, Ray, Tracer};
 use rayon::prelude::*;
 
 use crate::console::Console;
-use crate::input;
 use crate::movers::Movers;
 
 /// Points along a texel's edge at which its mean is taken.
@@ -45,21 +44,28 @@ pub(super) fn trace_ideal_lightmap(
         PointKind::FreeSpace => None,
     };
     let positions: Vec<Option<Option<Vec2>>> = reference.points.par_iter().map(position).collect();
-    let sources = TexelSources::new(baked);
+    let receivers = baked.receivers_of_texels();
+    // The texels whose light a lookup is made of, each that of a receiver, and their weights.
+    let footprint = |at: Vec2| {
+        let texels = IrradianceLightmap::footprint([baked.lightmap.width, baked.lightmap.height], at);
+        let read = texels.into_iter().filter(|(_, weight)| *weight > 0.0);
+        read.map(|(texel, weight)| {
+            let source = baked.receiver_texels.get(receivers[texel as usize] as usize);
+            (source.copied().unwrap_or(NONE), weight)
+        })
+    };
     let lit = positions.iter().filter_map(|position| position.flatten());
-    let wanted: BTreeSet<u32> = lit.flat_map(|at| sources.footprint(at)).map(|(texel, _)| texel).collect();
+    let wanted: BTreeSet<u32> = lit.flat_map(footprint).map(|(texel, _)| texel).collect();
     let surface = open_points(baked, &tracer, &wanted);
 
-    let scene = input::colored(setup, &baked.scene);
-    let objects = movers.at(0.0)?;
-    let scene = if objects.is_empty() { scene } else { scene.with_objects(&objects) };
-    let tracer = PathTracer::new(Arc::new(Tracer::new(Arc::new(scene))), setup.lighting.clone());
+    let scene = movers.traced_scene(setup, Arc::clone(&baked.scene))?;
+    let tracer = PathTracer::new(Arc::new(Tracer::new(scene)), setup.lighting.clone());
     let mut halves = [Vec::new(), Vec::new()];
     for (seed, predictions) in (0..).zip(&mut halves) {
         let means = trace_means(&tracer, &surface, paths / 2, seed, console)?;
         let predict = |position: &Option<Option<Vec2>>| match (*position)? {
             None => Some(Vec3::ZERO),
-            Some(at) => sources.footprint(at).map(|(texel, weight)| Some(*means.get(&texel)? * weight)).sum(),
+            Some(at) => footprint(at).map(|(texel, weight)| Some(*means.get(&texel)? * weight)).sum(),
         };
         *predictions = positions.iter().map(predict).collect();
     }
@@ -69,28 +75,6 @@ pub(super) fn trace_ideal_lightmap(
 /// Both together.
 pub(super) fn mean_of_halves([first, second]: &IdealPredictions) -> Vec<Option<Vec3>> {
     first.iter().zip(second).map(|(a, b)| Some(0.5 * ((*a)? + (*b)?))).collect()
-}
-
-/// Which texel's light each texel shows.
-struct TexelSources {
-    size: [u32; 2],
-    /// Of texels without light of their own.
-    filled: HashMap<u32, u32>,
-}
-
-impl TexelSources {
-    fn new(baked: &BakedScene) -> Self {
-        let layout = &baked.lightmap;
-        let filled = layout.dilation.iter().map(|[texel, source]| (*texel, *source)).collect();
-        Self { size: [layout.width, layout.height], filled }
-    }
-
-    /// The texels whose light a lookup at a position of the lightmap is made of, and their weights.
-    fn footprint(&self, position: Vec2) -> impl Iterator<Item = (u32, f32)> {
-        let texels = IrradianceLightmap::footprint(self.size, position);
-        let lit = texels.into_iter().filter(|(_, weight)| *weight > 0.0);
-        lit.map(|(texel, weight)| (*self.filled.get(&texel).unwrap_or(&texel), weight))
-    }
 }
 
 /// Points spread over the open surface of each texel, with their normals.
