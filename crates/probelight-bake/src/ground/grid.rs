@@ -42,9 +42,15 @@ const CLEARANCE: f32 = 0.08;
 const MOST_PLANS: u32 = 5;
 const MOST_MISSED: f32 = 0.08;
 
-/// What a byte of vertices must save, as a share of their wanted error's energy. At four times that price the air of rooms errs
-/// by a third more, for half of the bytes.
-pub(crate) const BYTE_PRICE: f32 = 0.1;
+/// What a byte of vertices must save, as a share of their wanted error's energy, with so many receivers of the lightmap or
+/// more. At four times that price the air of rooms errs by a third more, for half of the bytes.
+const BYTE_PRICE: f32 = 0.1;
+const FULL_PRICE_RECEIVERS: f32 = 40_000.0;
+
+/// What a byte of vertices must save beside so many receivers: where all is small, there is nothing to save.
+pub(crate) fn byte_price(receivers: u32) -> f32 {
+    BYTE_PRICE * (receivers as f32 / FULL_PRICE_RECEIVERS).min(1.0)
+}
 
 /// A grid as it is baked.
 #[derive(Clone, Debug, Default)]

@@ -220,7 +220,7 @@ impl Groundwork {
     pub(crate) fn byte_price_of(&self, reception: Reception) -> f32 {
         match reception {
             Reception::Irradiance => self.settings.byte_price,
-            Reception::Basis(_) => grid::BYTE_PRICE,
+            Reception::Basis(_) => grid::byte_price(self.texels().end),
         }
     }
 
